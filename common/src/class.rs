@@ -60,9 +60,10 @@ classes! {
 }
 
 /// Classes that detectors confuse with each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum ClassGroup {
     /// Of no known class.
+    #[default]
     Unknown,
     /// People on foot, and animals.
     Pedestrian,
@@ -72,6 +73,23 @@ pub enum ClassGroup {
     FourWheeled,
     /// What does not move by itself.
     Immobile,
+}
+
+impl ClassGroup {
+    /// Every group, in the order of their numbers.
+    pub const ALL: [Self; 5] =
+        [Self::Unknown, Self::Pedestrian, Self::TwoWheeled, Self::FourWheeled, Self::Immobile];
+
+    /// The name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Pedestrian => "people",
+            Self::TwoWheeled => "two-wheelers",
+            Self::FourWheeled => "cars and larger",
+            Self::Immobile => "things that stand",
+        }
+    }
 }
 
 /// Names that other data sets, simulators, messages and detectors use, in lower case with `_` for spaces and dashes: those

@@ -158,8 +158,7 @@ fn refusal_lines(status: &HubStatus) -> Vec<String> {
 /// What is learnt of a sensor, where it is not as a good one is or as it declares.
 fn learnt_line(agent: &AgentStatus) -> Option<String> {
     let learnt = agent.learnt.as_ref().filter(|learnt| learnt.is_remarkable(agent.sensor.is_some()))?;
-    let declared = agent.sensor.map(|sensor| sensor.detection_probability);
-    Some(format!("{}: its sensor {}\n", agent.id, learnt.in_words(declared)))
+    Some(format!("{}: its sensor {}\n", agent.id, learnt.in_words(agent.sensor.as_ref())))
 }
 
 /// What somebody should know of the agents, in words.

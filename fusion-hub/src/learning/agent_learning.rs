@@ -1,6 +1,7 @@
 //! What is learnt of one agent.
 
 use super::class_counts::ClassCounts;
+use super::clutter_counts::{ClutterCounts, circle_m2};
 use super::detection_counts::{DetectionCounts, ProfilePrior, Share};
 use super::epoch::{EPOCH, Epoch};
 use super::heading_counts::HeadingCounts;
@@ -41,6 +42,10 @@ pub(super) struct AgentLearning {
     pub(super) prior: ProfilePrior,
     pub(super) is_described: bool,
     pub(super) counts: DetectionCounts,
+    pub(super) clutter: ClutterCounts,
+    /// What is assumed or declared: false detections of a frame per m², and the area of the view, m².
+    pub(super) clutter_before: f64,
+    pub(super) declared_area_m2: Option<f64>,
     pub(super) statistics: SensorStatistics,
     pub(super) headings: HeadingCounts,
     pub(super) classes: ClassCounts,
@@ -69,6 +74,7 @@ impl AgentLearning {
     pub(super) fn fade(&mut self, passed_s: f64) {
         let factor = libm::exp(-passed_s / MEMORY_S);
         self.counts.scale(factor, libm::exp(-passed_s / RECENT_S));
+        self.clutter.scale(factor);
         self.statistics.scale(factor);
         self.headings.scale(factor);
         self.classes.scale(factor);
@@ -99,7 +105,33 @@ impl AgentLearning {
             lasting_variance: self.innovations.lasting_variance(),
             pose_variance: self.pose.variance(),
             classes: self.classes.law(),
+            groups: self
+                .counts
+                .of_groups()
+                .map(|(group, Share { detected, all })| (group, [detected, all]))
+                .collect(),
+            false_per_frame: self.clutter.per_frame(),
+            clutter_per_m2: self.clutter_density(),
+            overrules_declared_clutter: !self.declared_clutter_holds(),
         })
+    }
+
+    /// The area of its view, m²; `None` until it is known.
+    fn area_m2(&self) -> Option<f64> {
+        self.declared_area_m2
+            .or_else(|| self.statistics.reach_m().map(circle_m2))
+            .filter(|area_m2| *area_m2 > 0.0)
+    }
+
+    /// Expected false detections in a frame, per m²; `None` until the area of its view is known.
+    fn clutter_density(&self) -> Option<f64> {
+        self.area_m2().map(|area_m2| self.clutter.density(self.clutter_before, area_m2))
+    }
+
+    fn declared_clutter_holds(&self) -> bool {
+        let is_contradicted =
+            || self.area_m2().is_some_and(|area_m2| self.clutter.contradict(self.clutter_before, area_m2));
+        self.is_described && !is_contradicted()
     }
 
     fn declared_holds(&self) -> bool {
@@ -113,6 +145,8 @@ impl AgentLearning {
         let holds = self.declared_holds();
         let learnt = LearntSensor {
             profile: (!holds).then(|| self.counts.profile(self.prior, reach_bin)),
+            clutter_per_m2: self.clutter_density().filter(|_| !self.declared_clutter_holds()),
+            is_trusted: self.clutter.is_trusted(),
             view_m: self.statistics.view_m(),
             interval_s: self.statistics.interval_s(),
             headings: Some(self.headings.law()),

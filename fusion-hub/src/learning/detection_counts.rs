@@ -1,12 +1,14 @@
 //! How often an agent detected the objects that it could have detected.
 
-use crate::values::{DetectionProfile, RANGE_BINS};
+use crate::values::{CLASS_GROUPS, DetectionProfile, RANGE_BINS};
 use serde::{Deserialize, Serialize};
+use v2x_common::class::ClassGroup;
 
 /// Weight of what is assumed in advance of a sensor that nothing is known of, in frames of an object.
 const PRIOR_FRAMES: f64 = 50.0;
-/// Weight of the sensor's probability at all ranges for that at one range.
+/// Weight of the sensor's probability at all ranges for that at one range, and of that of all classes for that of one group.
 const RANGE_FRAMES: f64 = 100.0;
+const GROUP_FRAMES: f64 = 30.0;
 /// Probabilities are kept from being certain.
 const LEAST_PROBABILITY: f64 = 0.02;
 /// Beyond the range from which the sensor reports at all, it is unlikely to detect anything.
@@ -16,6 +18,8 @@ const CONTRADICTION_SIGMAS: f64 = 4.0;
 const CONTRADICTION_MARGIN: f64 = 0.05;
 /// And where at least so many frames of objects were seen.
 const CONTRADICTION_FRAMES: f64 = 50.0;
+/// Of one group of classes more: they may be of a single object that is hidden for a while.
+const GROUP_CONTRADICTION_FRAMES: f64 = 300.0;
 /// A sensor that begins to fail shows in the frames of the last seconds: its probability of late counts where it is below that
 /// of before by so much, and by more than chance, to which runs of misses add.
 const DECLINE: f64 = 0.2;
@@ -39,6 +43,15 @@ impl Share {
         self.all *= factor;
     }
 
+    /// Whether it contradicts a declared probability, where it is of so many frames at least.
+    fn contradicts(&self, declared: f64, least_frames: f64) -> bool {
+        if self.all < least_frames {
+            return false;
+        }
+        let sigma = libm::sqrt(declared * (1.0 - declared) / self.all);
+        (self.detected / self.all - declared).abs() > CONTRADICTION_SIGMAS * sigma + CONTRADICTION_MARGIN
+    }
+
     /// Posterior mean of the probability, with a prior mean of this weight.
     fn mean(&self, prior: f64, weight: f64) -> f64 {
         (self.detected + weight * prior) / (self.all + weight)
@@ -48,7 +61,7 @@ impl Share {
 /// Counts of one agent. They are whole numbers between two decays, so that their order does not matter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct DetectionCounts {
-    by_range: [Share; RANGE_BINS],
+    by_group: [[Share; RANGE_BINS]; CLASS_GROUPS],
     after_detection: Share,
     after_miss: Share,
     /// At all ranges, of the last seconds.
@@ -64,12 +77,33 @@ pub(crate) struct ProfilePrior {
     pub(crate) correlation: f64,
 }
 
+/// What could hold a detection of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Opportunity {
+    /// The object's range.
+    pub(super) range_bin: usize,
+    /// What the agent's frame before held; `None` for the first one.
+    pub(super) before: Option<bool>,
+}
+
+fn total<'a>(shares: impl Iterator<Item = &'a Share>) -> Share {
+    shares.fold(Share::default(), |sum, share| Share {
+        detected: sum.detected + share.detected,
+        all: sum.all + share.all,
+    })
+}
+
+fn odds(probability: f64) -> f64 {
+    let probability = probability.clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY);
+    probability / (1.0 - probability)
+}
+
 impl DetectionCounts {
-    /// Counts a frame that could hold a detection of an object in this range bin, after the agent's frame before.
-    pub(super) fn add(&mut self, range_bin: usize, before: Option<bool>, is_detected: bool) {
-        self.by_range[range_bin].add(is_detected);
+    /// Counts a frame that could hold a detection of an object of this group.
+    pub(super) fn add(&mut self, group: ClassGroup, opportunity: Opportunity, is_detected: bool) {
+        self.by_group[group as usize][opportunity.range_bin].add(is_detected);
         self.recent.add(is_detected);
-        match before {
+        match opportunity.before {
             Some(true) => self.after_detection.add(is_detected),
             Some(false) => self.after_miss.add(is_detected),
             None => {}
@@ -79,14 +113,18 @@ impl DetectionCounts {
     /// Lets what was counted fade, and that of the last seconds by a factor of its own.
     pub(super) fn scale(&mut self, factor: f64, recent_factor: f64) {
         self.recent.scale(recent_factor);
-        self.by_range.iter_mut().for_each(|share| share.scale(factor));
+        self.by_group.iter_mut().flatten().for_each(|share| share.scale(factor));
         self.after_detection.scale(factor);
         self.after_miss.scale(factor);
     }
 
     pub(super) fn total(&self) -> Share {
-        let sum = |of: fn(&Share) -> f64| self.by_range.iter().map(of).sum();
-        Share { detected: sum(|share| share.detected), all: sum(|share| share.all) }
+        total(self.by_group.iter().flatten())
+    }
+
+    /// Of each group of classes, at all ranges.
+    pub(super) fn of_groups(&self) -> impl Iterator<Item = (ClassGroup, Share)> {
+        ClassGroup::ALL.into_iter().map(|group| (group, total(self.by_group[group as usize].iter())))
     }
 
     /// The share of what it detected before that it still detects; 1 unless it has clearly become worse.
@@ -107,23 +145,37 @@ impl DetectionCounts {
         let left = self.left_of_late();
         let by_range = std::array::from_fn(|bin| {
             let expected = if bin > reach_bin { overall.min(BEYOND_RANGE) } else { overall };
-            let mean = self.by_range[bin].mean(expected, RANGE_FRAMES);
+            let mean = total(self.by_group.iter().map(|shares| &shares[bin])).mean(expected, RANGE_FRAMES);
             (mean * left).clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
         });
         let again = self.after_detection.mean(probability + correlation * (1.0 - probability), PRIOR_FRAMES);
         let anew = self.after_miss.mean(probability * (1.0 - correlation), PRIOR_FRAMES);
         DetectionProfile::new(by_range, (again - anew).clamp(0.0, 1.0 - LEAST_PROBABILITY))
+            .with_groups(self.factors_of_groups(&by_range, left), reach_bin)
     }
 
-    /// Whether what was seen contradicts a declared probability.
+    /// Factor on the odds of a detection of each group: by what it has of detections at its own ranges, against all. Where only one
+    /// group is seen, it is all.
+    fn factors_of_groups(&self, by_range: &[f64; RANGE_BINS], left: f64) -> [f64; CLASS_GROUPS] {
+        let mut factors = [1.0; CLASS_GROUPS];
+        let seen = || self.of_groups().filter(|(_, share)| share.all > 0.0);
+        if seen().nth(1).is_none() {
+            return factors;
+        }
+        for (group, share) in seen() {
+            let shares = self.by_group[group as usize].iter().zip(by_range);
+            let expected: f64 = shares.map(|(share, probability)| share.all * probability).sum();
+            let expected = (expected / (left * share.all)).min(1.0);
+            factors[group as usize] = odds(share.mean(expected, GROUP_FRAMES)) / odds(expected);
+        }
+        factors
+    }
+
+    /// Whether what was seen contradicts a declared probability: of all, or of one group of classes.
     pub(super) fn contradict(&self, declared: f64) -> bool {
         let seen = if self.left_of_late() < 1.0 { self.recent } else { self.total() };
-        let Share { detected, all } = seen;
-        if all < CONTRADICTION_FRAMES {
-            return false;
-        }
-        let sigma = libm::sqrt(declared * (1.0 - declared) / all);
-        (detected / all - declared).abs() > CONTRADICTION_SIGMAS * sigma + CONTRADICTION_MARGIN
+        seen.contradicts(declared, CONTRADICTION_FRAMES)
+            || self.of_groups().any(|(_, share)| share.contradicts(declared, GROUP_CONTRADICTION_FRAMES))
     }
 }
 
@@ -131,13 +183,16 @@ impl DetectionCounts {
 #[cfg(test)]
 pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
-        ("learning.prior_frames", format!("{PRIOR_FRAMES}, {RANGE_FRAMES} at a range")),
+        (
+            "learning.prior_frames",
+            format!("{PRIOR_FRAMES}, {RANGE_FRAMES} at a range, {GROUP_FRAMES} of a group of classes"),
+        ),
         ("learning.least_probability", LEAST_PROBABILITY.to_string()),
         ("learning.beyond_range", BEYOND_RANGE.to_string()),
         (
             "learning.contradiction",
             format!(
-                "{CONTRADICTION_SIGMAS} sigma and {CONTRADICTION_MARGIN} after {CONTRADICTION_FRAMES} frames; of late {DECLINE_SIGMAS} and {DECLINE}"
+                "{CONTRADICTION_SIGMAS} sigma and {CONTRADICTION_MARGIN} after {CONTRADICTION_FRAMES} frames, {GROUP_CONTRADICTION_FRAMES} of a group of classes; of late {DECLINE_SIGMAS} and {DECLINE}"
             ),
         ),
     ]
@@ -147,6 +202,13 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
 mod tests {
     use super::*;
 
+    const CAR: ClassGroup = ClassGroup::FourWheeled;
+    const PERSON: ClassGroup = ClassGroup::Pedestrian;
+
+    fn at(range_bin: usize, before: Option<bool>) -> Opportunity {
+        Opportunity { range_bin, before }
+    }
+
     const UNKNOWN: ProfilePrior = ProfilePrior { probability: 0.7, correlation: 0.5 };
 
     /// Counts of an agent that detects an object in runs of ten frames, and misses it in runs of ten.
@@ -155,7 +217,7 @@ mod tests {
         let mut before = None;
         for frame in 0..n {
             let is_detected = frame / 10 % 2 == 0;
-            counts.add(3, before, is_detected);
+            counts.add(CAR, at(3, before), is_detected);
             before = Some(is_detected);
         }
         counts
@@ -165,10 +227,11 @@ mod tests {
     fn nothing_seen_is_the_prior_and_much_seen_is_what_was_seen() {
         let profile = DetectionCounts::default().profile(UNKNOWN, 15);
         assert!(
-            (profile.probability(35.0) - 0.7).abs() < 1e-12 && (profile.correlation() - 0.5).abs() < 1e-12
+            (profile.probability(35.0, CAR) - 0.7).abs() < 1e-12
+                && (profile.correlation() - 0.5).abs() < 1e-12
         );
         let profile = in_runs(20_000).profile(UNKNOWN, 15);
-        assert!((profile.probability(35.0) - 0.5).abs() < 0.01, "{profile:?}");
+        assert!((profile.probability(35.0, CAR) - 0.5).abs() < 0.01, "{profile:?}");
         assert!((profile.correlation() - 0.8).abs() < 0.01, "{profile:?}");
     }
 
@@ -176,12 +239,12 @@ mod tests {
     fn each_range_has_its_own_probability_once_there_is_evidence() {
         let mut counts = DetectionCounts::default();
         for _ in 0..2000 {
-            counts.add(1, None, true);
-            counts.add(6, None, false);
+            counts.add(CAR, at(1, None), true);
+            counts.add(CAR, at(6, None), false);
         }
         let profile = counts.profile(UNKNOWN, 15);
-        assert!(profile.probability(15.0) > 0.95 && profile.probability(65.0) < 0.05);
-        assert!((profile.probability(35.0) - 0.5).abs() < 0.05, "without evidence as at all ranges");
+        assert!(profile.probability(15.0, CAR) > 0.95 && profile.probability(65.0, CAR) < 0.05);
+        assert!((profile.probability(35.0, CAR) - 0.5).abs() < 0.05, "without evidence as at all ranges");
     }
 
     #[test]
@@ -189,36 +252,64 @@ mod tests {
         let long = || {
             let mut counts = DetectionCounts::default();
             for frame in 0..3000 {
-                counts.add(2, Some(true), frame % 20 != 0);
+                counts.add(CAR, at(2, Some(true)), frame % 20 != 0);
                 counts.scale(0.9999, 0.99);
             }
             counts
         };
         let prior = ProfilePrior { probability: 0.95, correlation: 0.0 };
         let mut blind = long();
-        assert!(!blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0) > 0.9);
+        assert!(!blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0, CAR) > 0.9);
         (0..300).for_each(|_| {
-            blind.add(2, Some(false), false);
+            blind.add(CAR, at(2, Some(false)), false);
             blind.scale(0.9999, 0.99);
         });
-        assert!(blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0) < 0.2, "{blind:?}");
+        assert!(blind.contradict(0.95) && blind.profile(prior, 15).probability(25.0, CAR) < 0.2, "{blind:?}");
         let mut occluded = long();
-        (0..15).for_each(|_| occluded.add(2, Some(false), false));
+        (0..15).for_each(|_| occluded.add(CAR, at(2, Some(false)), false));
         assert!(!occluded.contradict(0.95), "{occluded:?}");
         (0..500).for_each(|_| {
-            blind.add(2, Some(true), true);
+            blind.add(CAR, at(2, Some(true)), true);
             blind.scale(0.9999, 0.99);
         });
-        assert!(blind.profile(prior, 15).probability(25.0) > 0.8, "and it recovers: {blind:?}");
+        assert!(blind.profile(prior, 15).probability(25.0, CAR) > 0.8, "and it recovers: {blind:?}");
     }
 
     #[test]
     fn a_blind_sensor_contradicts_what_it_declares_and_a_good_one_does_not() {
         let mut blind = DetectionCounts::default();
-        (0..60).for_each(|_| blind.add(2, Some(false), false));
+        (0..60).for_each(|_| blind.add(CAR, at(2, Some(false)), false));
         assert!(blind.contradict(0.999) && blind.contradict(0.5));
         let mut good = DetectionCounts::default();
-        (0..1000).for_each(|frame| good.add(2, Some(true), frame % 10 != 0));
+        (0..1000).for_each(|frame| good.add(CAR, at(2, Some(true)), frame % 10 != 0));
         assert!(!good.contradict(0.9) && !good.contradict(0.93) && good.contradict(0.7));
+    }
+
+    #[test]
+    fn a_group_of_classes_that_is_seen_less_often_has_its_own_probability_at_its_own_ranges() {
+        let mut counts = DetectionCounts::default();
+        for frame in 0..4000 {
+            counts.add(CAR, at(frame % 8, None), frame % 20 != 0);
+            // People stand near.
+            counts.add(PERSON, at(frame % 2, None), frame % 5 < 2);
+        }
+        let profile = counts.profile(UNKNOWN, 15);
+        for (range_m, group, expected) in [(75.0, CAR, 0.95), (5.0, PERSON, 0.4), (15.0, PERSON, 0.4)] {
+            let found = profile.probability(range_m, group);
+            assert!((found - expected).abs() < 0.05, "{group:?} at {range_m} m: {found}");
+        }
+        let near = profile.probability(5.0, CAR);
+        assert!(near > 0.75 && profile.of_all(5.0) < 0.5, "cars near are not taken for people: {near}");
+        assert!(counts.contradict(0.95), "what is declared of all does not hold of people");
+    }
+
+    #[test]
+    fn where_only_one_group_is_seen_it_is_as_all_and_the_others_are_taken_for_alike() {
+        let mut counts = DetectionCounts::default();
+        (0..1000).for_each(|frame| counts.add(CAR, at(2, None), frame % 10 != 0));
+        let profile = counts.profile(UNKNOWN, 15);
+        let found = ClassGroup::ALL.map(|group| profile.probability(25.0, group));
+        assert_eq!(found, [found[0]; CLASS_GROUPS]);
+        assert!(!counts.contradict(0.9));
     }
 }

@@ -1,7 +1,7 @@
 //! Learns from the tracks, epoch after epoch.
 
 use super::agent_learning::{AgentLearning, settled_before};
-use super::detection_counts::ProfilePrior;
+use super::detection_counts::{Opportunity, ProfilePrior};
 use super::epoch::Epoch;
 use super::heading_counts::Report;
 use super::innovation_counts::Innovation;
@@ -14,6 +14,7 @@ use crate::filter::{Filter, Motion};
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
 use crate::values::{AgentNames, AgentSlot, ClassLaw, ExpectedPlace, HeadingLaw, ScoreModel, range_bin};
 use serde::{Deserialize, Serialize};
+use v2x_common::class::ClassGroup;
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::DetectionFrame;
 use v2x_common::id::{AgentId, TrackId};
@@ -71,9 +72,12 @@ impl Learner {
         let known = self.agent(agent, agents.name(agent));
         known.is_described = declared.is_some();
         known.prior = declared.map_or(prior.profile, |reading| ProfilePrior {
-            probability: reading.model.profile.probability(0.0),
+            probability: reading.model.profile.of_all(0.0),
             correlation: 0.0,
         });
+        known.clutter_before = declared.map_or(prior.clutter_per_m2, |reading| reading.model.clutter_per_m2);
+        known.declared_area_m2 =
+            declared.and_then(|reading| reading.coverage).map(|coverage| coverage.field_of_view.area_m2());
         let learnt = known.as_of(settled).copied().unwrap_or_default();
         let read = learnt.or_shown_by(frame);
         match declared {
@@ -145,11 +149,14 @@ impl Learner {
             let is_known_well = known.is_known_well();
             let statistics = &mut known.statistics;
             statistics.add_frame(frame.captured_at);
+            let mut detections = 0;
             for position in context.frames.positions(slot) {
+                detections += 1;
                 let [x, y] = position;
                 known.detected_at = known.detected_at.max(Some(frame.captured_at));
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
             }
+            known.clutter.add_frame(detections);
             known.scores.add_frame(frame.scores);
             self.knows_all_well &= is_known_well;
         }
@@ -183,6 +190,7 @@ impl Learner {
         let known = &mut self.tracks[place].1;
         if self.knows_all_well && known.counts() && !epoch.is_turn(begun, SAMPLED_EVERY) {
             known.leave_gap();
+            self.count_real(items, context);
             return;
         }
         let mut memory = std::mem::take(known);
@@ -191,9 +199,12 @@ impl Learner {
             // Its existence is no measure of those whose misses reduce it: what is reported persistently counts, too.
             let estimate = track.before(begin, context);
             memory.stands = estimate.as_ref().is_some_and(|estimate| estimate.stands());
+            memory.group = estimate.as_ref().map_or(ClassGroup::Unknown, |estimate| estimate.class().group());
             memory.is_real = estimate.is_some_and(|estimate| {
                 let is_persistent = estimate.n_reports >= PERSISTENT_REPORTS;
-                estimate.is_rather_real() || (is_persistent && estimate.support.is_for_a_real_object())
+                let is_supported =
+                    || memory.is_seen_from_elsewhere() || estimate.support.is_for_a_real_object_by_itself();
+                estimate.is_rather_real_by_itself() || (is_persistent && is_supported())
             });
         }
         let is_due =
@@ -240,7 +251,9 @@ impl Learner {
         }
         let compared = memory.classes.compare(place, held.class());
         let before = memory.note(place, true);
+        memory.see(place, frame.pose.map(|pose| [pose.x, pose.y]));
         if !memory.counts() {
+            memory.doubt(place);
             memory.waiting.clear();
             return;
         }
@@ -249,15 +262,30 @@ impl Learner {
         {
             known.classes.add(compared);
         }
-        for WaitingMiss { agent, range_bin, before } in memory.waiting.drain(..) {
+        memory.confirm(place, |agent, detections| {
             if let Some(known) = self.agents.get_mut(agent.index()) {
-                known.counts.add(range_bin, before, false);
+                known.clutter.add_real(detections);
+            }
+        });
+        for WaitingMiss { agent, opportunity } in memory.waiting.drain(..) {
+            if let Some(known) = self.agents.get_mut(agent.index()) {
+                known.counts.add(memory.group, opportunity, false);
             }
         }
         if let Some(coverage) = &frame.coverage
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
-            known.counts.add(range_bin(coverage.range_to(position)), before, true);
+            let opportunity = Opportunity { range_bin: range_bin(coverage.range_to(position)), before };
+            known.counts.add(memory.group, opportunity, true);
+        }
+    }
+
+    /// Of a track that is known to be real, where nothing else is looked at.
+    fn count_real<'a>(&mut self, items: impl Iterator<Item = &'a Evidence>, context: &TrackContext<'_>) {
+        for item in items.filter(|item| item.is_detection()) {
+            if let Some(known) = self.agents.get_mut(context.frames.get(item.frame).agent.index()) {
+                known.clutter.add_real(1);
+            }
         }
     }
 
@@ -338,8 +366,8 @@ impl Learner {
         let Some(scored) = memory.take_followed(place) else { return };
         let Some(coverage) = &frame.coverage else { return };
         let profile = &coverage.profile;
-        let range_m = coverage.range_for_profile(position);
-        let again = profile.given(range_m, Some(true));
+        let probability = profile.probability(coverage.range_for_profile(position), memory.group);
+        let again = profile.given(probability, Some(true));
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {
             known.scores.add_followed(&scored, frame.captured_at, again, is_detected);
         }
@@ -364,7 +392,7 @@ impl Learner {
         let witness = Witness {
             at: frame.captured_at,
             position: [coverage.pose.x, coverage.pose.y],
-            probability: coverage.profile.probability(coverage.range_to(position)),
+            probability: coverage.profile.probability(coverage.range_to(position), memory.group),
             is_detected,
         };
         memory.witnessed(place, &witness, |agent, band| {
@@ -383,7 +411,7 @@ impl Learner {
             self.follow(memory, place, (frame, position), false);
             self.ask(memory, place, (frame, position), false);
             let range_bin = range_bin(coverage.range_to(position));
-            memory.wait(WaitingMiss { agent: frame.agent, range_bin, before });
+            memory.wait(WaitingMiss { agent: frame.agent, opportunity: Opportunity { range_bin, before } });
         }
     }
 }

@@ -9,6 +9,7 @@
 mod agent_learning;
 mod by_frame;
 mod class_counts;
+mod clutter_counts;
 mod detection_counts;
 mod epoch;
 mod heading_counts;
@@ -32,6 +33,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         agent_learning::listed(),
         learner::listed(),
         class_counts::listed(),
+        clutter_counts::listed(),
         detection_counts::listed(),
         heading_counts::listed(),
         innovation_counts::listed(),

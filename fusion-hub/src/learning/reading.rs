@@ -40,7 +40,7 @@ impl Prior {
     pub(crate) fn of(model: &DetectionModel) -> Self {
         Self {
             profile: ProfilePrior {
-                probability: model.profile.probability(0.0),
+                probability: model.profile.of_all(0.0),
                 correlation: UNDESCRIBED_CORRELATION,
             },
             clutter_per_m2: model.clutter_per_m2,
@@ -54,6 +54,10 @@ impl Prior {
 pub(crate) struct LearntSensor {
     /// Detection probabilities; `None` where those declared hold.
     pub(super) profile: Option<DetectionProfile>,
+    /// Expected false detections in a frame, per m²; `None` where those declared or assumed hold.
+    pub(super) clutter_per_m2: Option<f64>,
+    /// Whether what it detects is nearly always real.
+    pub(super) is_trusted: bool,
     /// How far its view reaches, m.
     pub(super) view_m: Option<f64>,
     /// Time between frames, s.
@@ -102,6 +106,11 @@ impl LearntSensor {
             reading.model.profile = profile;
             reading.model.persistence = Persistence::by_rate(declared.model.interval_s);
         }
+        if let Some(clutter) = self.clutter_per_m2 {
+            // As many objects come into view as before.
+            reading.model.birth_odds *= declared.model.clutter_per_m2 / clutter;
+            reading.model.clutter_per_m2 = clutter;
+        }
         if let Some(coverage) = &mut reading.coverage {
             coverage.profile = if self.detects {
                 reading.model.profile
@@ -116,8 +125,12 @@ impl LearntSensor {
     /// then say it.
     pub(super) fn birth_odds(&self, prior: &Prior) -> f64 {
         let [least, most] = BIRTH_ODDS;
-        let least = if self.scores == ScoreModel::Ignored { least } else { most };
-        (prior.birth_odds_per_s * self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S)).clamp(least, most)
+        let (least, clutter) = match self.scores {
+            ScoreModel::Ignored => (least, self.clutter_per_m2.unwrap_or(prior.clutter_per_m2)),
+            _ => (most, prior.clutter_per_m2),
+        };
+        let per_s = prior.birth_odds_per_s * (prior.clutter_per_m2 / clutter);
+        (per_s * self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S)).clamp(least, most)
     }
 
     /// Reads a frame of an agent that describes no sensor, from a pose where that is known; with the odds of
@@ -126,15 +139,18 @@ impl LearntSensor {
         let profile =
             self.profile.unwrap_or_else(|| DetectionCounts::default().profile(prior.profile, RANGE_BINS));
         let interval_s = self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S);
-        let has_scores = self.scores != ScoreModel::Ignored;
-        let over_clutter = if has_scores { OBJECTS_OVER_CLUTTER } else { 1.0 };
+        let clutter_per_m2 = match self.scores {
+            ScoreModel::Ignored => self.clutter_per_m2.unwrap_or(prior.clutter_per_m2),
+            _ => OBJECTS_OVER_CLUTTER * prior.clutter_per_m2,
+        };
         let model = DetectionModel {
             profile,
-            clutter_per_m2: over_clutter * prior.clutter_per_m2,
+            clutter_per_m2,
             birth_odds,
             interval_s,
             persistence: Persistence::by_rate(interval_s),
             scores: self.scores,
+            is_trusted: self.is_trusted && self.scores == ScoreModel::Ignored,
             headings: self.headings(),
             errors: self.errors,
             pose: self.pose(),

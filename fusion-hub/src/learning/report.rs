@@ -2,10 +2,19 @@
 
 use crate::values::{ClassLaw, DetectionProfile, HeadingLaw, RANGE_BIN_M, RANGE_BINS, ScoreModel};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use v2x_common::class::ClassGroup;
+use v2x_common::sensor::SensorDescription;
 
 /// Turned headings are reported from this share on, classes where the share of right ones is lower.
 const MIN_TURNED: f64 = 0.03;
 const MIN_CLASSES_RIGHT: f64 = 0.9;
+/// A group of classes is reported by itself from so many frames of objects on, and said where its detection probability differs from
+/// that of all by so much.
+const GROUP_FRAMES: f64 = 50.0;
+const GROUP_DIFFERS: f64 = 0.1;
+/// False detections in a frame are said from this number on.
+const LEAST_FALSE: f64 = 0.5;
 
 /// What is learnt of an agent's sensor from what it and others report: to be held against what the agent declares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,11 +27,20 @@ pub struct LearntSensorReport {
     pub detection_probability_by_range: Vec<f64>,
     /// m.
     pub range_step_m: f64,
+    /// The same of the groups of classes of which enough was seen.
+    pub detection_probability_by_class: BTreeMap<String, f64>,
     /// Correlation of one frame with the next: misses come in runs.
     pub detection_correlation: f64,
     /// Whether this contradicts the declared detection probability, so that frames are read by what is learnt; always of an
     /// agent that declares nothing.
     pub overrules_declared: bool,
+    /// False detections in a frame: of what no track turned out to be real by; `None` before any frame.
+    pub false_per_frame: Option<f64>,
+    /// Expected false detections in a frame, per m² of its view; `None` until that is known.
+    pub clutter_per_m2: Option<f64>,
+    /// Whether this contradicts the declared density, so that frames are read by what is learnt; always of an agent that declares
+    /// nothing.
+    pub overrules_declared_clutter: bool,
     /// Distance within which nearly all detections are, m.
     pub range_m: Option<f64>,
     /// Frames per second.
@@ -63,6 +81,11 @@ pub(super) struct Counted<'a> {
     pub(super) lasting_variance: f64,
     pub(super) pose_variance: f64,
     pub(super) classes: ClassLaw,
+    /// Detected and all frames of objects, by their group of classes.
+    pub(super) groups: Vec<(ClassGroup, [f64; 2])>,
+    pub(super) false_per_frame: Option<f64>,
+    pub(super) clutter_per_m2: Option<f64>,
+    pub(super) overrules_declared_clutter: bool,
 }
 
 impl LearntSensorReport {
@@ -78,7 +101,7 @@ impl LearntSensorReport {
         let by_range = (0..RANGE_BINS)
             .map(|step| step as f64)
             .take_while(|step| *step < steps)
-            .map(|step| counted.profile.probability((step + 0.5) * RANGE_BIN_M));
+            .map(|step| counted.profile.of_all((step + 0.5) * RANGE_BIN_M));
         let observed = counted.observed_frames;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let observed_frames = libm::round(observed) as u64;
@@ -87,6 +110,10 @@ impl LearntSensorReport {
             detection_probability: (observed > 0.0).then(|| counted.detected_frames / observed),
             detection_probability_by_range: by_range.collect(),
             range_step_m: RANGE_BIN_M,
+            detection_probability_by_class: by_class(&counted.groups),
+            false_per_frame: counted.false_per_frame,
+            clutter_per_m2: counted.clutter_per_m2,
+            overrules_declared_clutter: counted.overrules_declared_clutter,
             detection_correlation: counted.profile.correlation(),
             overrules_declared: counted.overrules_declared,
             range_m: counted.range_m,
@@ -106,7 +133,7 @@ impl LearntSensorReport {
 
     /// Whether somebody should know of it: the sensor is not as it declares, or as a good one is.
     pub fn is_remarkable(&self, is_described: bool) -> bool {
-        (is_described && self.overrules_declared)
+        (is_described && (self.overrules_declared || self.overrules_declared_clutter))
             || self.turned_headings >= MIN_TURNED
             || self.heading_offset_deg != 0.0
             || self.sigma_factor != 1.0
@@ -114,17 +141,25 @@ impl LearntSensorReport {
             || self.class_right < MIN_CLASSES_RIGHT
     }
 
-    /// In words: what is worth knowing, beside the declared detection probability where there is one.
-    pub fn in_words(&self, declared: Option<f64>) -> String {
+    /// In words: what is worth knowing, beside what the sensor declares.
+    pub fn in_words(&self, declared: Option<&SensorDescription>) -> String {
         let mut words = Vec::new();
         if let Some(probability) = self.detection_probability {
             let held_against = match declared {
-                Some(declared) if self.overrules_declared => format!(" (declared {declared:.2}: overruled)"),
-                Some(declared) => format!(" (declared {declared:.2})"),
+                Some(SensorDescription { detection_probability, .. }) if self.overrules_declared => {
+                    format!(" (declared {detection_probability:.2}: overruled)")
+                }
+                Some(SensorDescription { detection_probability, .. }) => {
+                    format!(" (declared {detection_probability:.2})")
+                }
                 None => String::new(),
             };
             words.push(format!("detects {:.0} %{held_against}", 100.0 * probability));
+            let groups = self.detection_probability_by_class.iter();
+            let apart = groups.filter(|(_, of_group)| (**of_group - probability).abs() >= GROUP_DIFFERS);
+            words.extend(apart.map(|(name, of_group)| format!("of {name} {:.0} %", 100.0 * of_group)));
         }
+        words.extend(self.clutter_in_words(declared));
         if let Some(range_m) = self.range_m {
             words.push(format!("within {range_m:.0} m"));
         }
@@ -154,6 +189,25 @@ impl LearntSensorReport {
         }
         words.join(", ")
     }
+
+    fn clutter_in_words(&self, declared: Option<&SensorDescription>) -> Option<String> {
+        let per_frame = self.false_per_frame?;
+        let expected = declared.map(|declared| declared.clutter_per_m2 * declared.field_of_view.area_m2());
+        let held_against = match expected {
+            Some(expected) if self.overrules_declared_clutter => {
+                format!(" (declared {expected:.2}: overruled)")
+            }
+            Some(expected) => format!(" (declared {expected:.2})"),
+            None => String::new(),
+        };
+        let is_worth_it = per_frame >= LEAST_FALSE || (expected.is_some() && self.overrules_declared_clutter);
+        is_worth_it.then(|| format!("{per_frame:.1} false a frame{held_against}"))
+    }
+}
+
+fn by_class(groups: &[(ClassGroup, [f64; 2])]) -> BTreeMap<String, f64> {
+    let known = groups.iter().filter(|(_, [_, all])| *all >= GROUP_FRAMES);
+    known.map(|(group, [detected, all])| (group.name().to_owned(), detected / all)).collect()
 }
 
 /// The least score, in hundredths, from which on something is rather real than not.
@@ -167,6 +221,7 @@ fn even_score(scores: &ScoreModel) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::values::logit;
+    use v2x_common::sensor::{Accuracy, FieldOfView, SensorKind};
 
     fn report(headings: &HeadingLaw, overrules_declared: bool) -> LearntSensorReport {
         LearntSensorReport::of(&Counted {
@@ -182,15 +237,36 @@ mod tests {
             lasting_variance: 0.09,
             pose_variance: 0.25,
             classes: ClassLaw { right: 0.8, within_group: 0.19 },
+            groups: vec![
+                (ClassGroup::FourWheeled, [90.0, 100.0]),
+                (ClassGroup::Pedestrian, [30.0, 100.0]),
+                (ClassGroup::TwoWheeled, [0.0, 0.4]),
+            ],
+            false_per_frame: Some(2.25),
+            clutter_per_m2: Some(2e-4),
+            overrules_declared_clutter: overrules_declared,
         })
     }
 
     #[test]
     fn what_is_learnt_is_reported_in_words_beside_what_is_declared() {
         let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5, lasting: 0.01 };
-        let words = report(&turned, true).in_words(Some(0.95));
+        let declared = SensorDescription {
+            revision: 1,
+            kind: SensorKind::Vehicle,
+            field_of_view: FieldOfView::omnidirectional(0.0, 50.0),
+            detection_probability: 0.95,
+            clutter_per_m2: 1e-5,
+            size_noise: None,
+            body: None,
+            accuracy: Accuracy { position_m: 0.1, yaw_rad: 0.01, clock_s: 0.001 },
+            rate_hz: 10.0,
+        };
+        let words = report(&turned, true).in_words(Some(&declared));
         for part in [
             "detects 60 % (declared 0.95: overruled)",
+            "of cars and larger 90 %, of people 30 %",
+            "2.2 false a frame (declared 0.08: overruled)",
             "within 45 m",
             "50 % of headings turned round",
             "headings off by 29°",
@@ -203,6 +279,7 @@ mod tests {
         }
         let plain = report(&HeadingLaw::AsReported, true).in_words(None);
         assert!(plain.contains("detects 60 %,") && !plain.contains("headings"), "{plain}");
+        assert!(!plain.contains("two-wheelers") && !plain.contains("declared"), "{plain}");
     }
 
     #[test]

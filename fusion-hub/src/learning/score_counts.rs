@@ -39,7 +39,7 @@ const MOST_BY_OWN: f64 = 0.9;
 const REAL: [f64; 2] = [0.02, 0.95];
 /// Frames further apart are not compared, and sensors nearer to each other.
 const APART_AT_MOST: Span = Span::from_millis(300);
-const ELSEWHERE_M: f64 = 5.0;
+pub(super) const ELSEWHERE_M: f64 = 5.0;
 /// Scores that differ by less are all the same.
 const SCORE_SPREAD: f64 = 0.01;
 /// Unit of sums: whole numbers add up to the same in any order.

@@ -1,15 +1,19 @@
 //! What learning remembers of a track between two epochs.
 
 use super::class_counts::LastClasses;
+use super::detection_counts::Opportunity;
 use super::heading_counts::{Difference, Report, compare, is_due};
 use super::innovation_counts::LastInnovation;
 use super::pose_counts::{Displaced, Stood};
-use super::score_counts::{Scored, Witness};
+use super::score_counts::{ELSEWHERE_M, Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
 use serde::{Deserialize, Serialize};
+use v2x_common::class::ClassGroup;
 
 /// Detections from which on a track is taken for a real object: fewer may be clutter.
 const LEAST_DETECTIONS: u32 = 4;
+/// What two agents have detected so often from different places is real, however often they miss it.
+const CONFIRMED_BY_EACH: u32 = 5;
 /// Misses that wait for the object to be detected again; more of one agent are not counted.
 const MOST_WAITING: usize = 64;
 
@@ -17,9 +21,7 @@ const MOST_WAITING: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WaitingMiss {
     pub(super) agent: AgentSlot,
-    pub(super) range_bin: usize,
-    /// What the agent's frame before held.
-    pub(super) before: Option<bool>,
+    pub(super) opportunity: Opportunity,
 }
 
 /// What is remembered of one track.
@@ -30,6 +32,8 @@ pub(super) struct TrackMemory {
     pub(super) is_real: bool,
     /// Whether it stood then.
     pub(super) stands: bool,
+    /// Of which classes it was then.
+    pub(super) group: ClassGroup,
     /// Position of its last detection, m.
     pub(super) position: Option<[f64; 2]>,
     /// The agents, and what is remembered of each by its place among them.
@@ -37,6 +41,8 @@ pub(super) struct TrackMemory {
     by_agent: Vec<AgentMemory>,
     /// How many of them have a detection that another agent may confirm.
     n_scored: u32,
+    /// Whether any of them has a detection of the time before it was clear that the object is real.
+    has_doubted: bool,
     /// The class that each agent reported last.
     pub(super) classes: LastClasses,
     pub(super) waiting: Vec<WaitingMiss>,
@@ -56,8 +62,12 @@ pub(super) struct Compared {
 struct AgentMemory {
     /// What its last frame held.
     last: Option<bool>,
-    /// Whether any of its frames did.
-    has_detected: bool,
+    /// How many of its frames did.
+    detections: u32,
+    /// Those of the time before it was clear that the object is real.
+    doubted: u32,
+    /// Where its sensor was at the first one, m.
+    seen_from: Option<[f32; 2]>,
     /// A report that a later one is to be compared with.
     report: Option<Report>,
     /// Where it was in its report of half a second ago.
@@ -82,7 +92,7 @@ impl TrackMemory {
     ///
     /// What one agent alone sees, and several others do not, is rather its error than theirs.
     pub(super) fn counts(&self) -> bool {
-        let n_detecting = self.by_agent.iter().filter(|known| known.has_detected).count();
+        let n_detecting = self.by_agent.iter().filter(|known| known.detections > 0).count();
         self.is_real && self.n_detections >= LEAST_DETECTIONS && 2 * n_detecting >= self.by_agent.len()
     }
 
@@ -105,8 +115,41 @@ impl TrackMemory {
     /// Notes a frame of the agent at a place; what its frame before held.
     pub(super) fn note(&mut self, place: usize, is_detected: bool) -> Option<bool> {
         self.n_detections += u32::from(is_detected);
-        self.by_agent[place].has_detected |= is_detected;
         self.by_agent[place].last.replace(is_detected)
+    }
+
+    /// Notes a detection of the agent at a place, from a sensor there, m.
+    pub(super) fn see(&mut self, place: usize, from: Option<[f64; 2]>) {
+        let known = &mut self.by_agent[place];
+        known.detections = known.detections.saturating_add(1);
+        #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
+        let from = from.map(|position| position.map(|value| value as f32));
+        known.seen_from = known.seen_from.or(from);
+    }
+
+    /// Notes that the last detection of the agent at a place is not known to be of something real.
+    pub(super) fn doubt(&mut self, place: usize) {
+        let known = &mut self.by_agent[place];
+        known.doubted = known.doubted.saturating_add(1);
+        self.has_doubted = true;
+    }
+
+    /// Notes that it is, and all before were: how many of each agent.
+    pub(super) fn confirm(&mut self, place: usize, mut each: impl FnMut(AgentSlot, u32)) {
+        each(self.agents[place], 1);
+        if std::mem::take(&mut self.has_doubted) {
+            for (agent, known) in self.agents.iter().zip(&mut self.by_agent) {
+                each(*agent, std::mem::take(&mut known.doubted));
+            }
+        }
+    }
+
+    /// Whether agents in different places detect it.
+    pub(super) fn is_seen_from_elsewhere(&self) -> bool {
+        let mut often = self.by_agent.iter().filter(|known| known.detections >= CONFIRMED_BY_EACH);
+        let mut places = often.by_ref().filter_map(|known| known.seen_from);
+        let Some([x, y]) = places.next() else { return false };
+        places.any(|[other_x, other_y]| libm::hypotf(other_x - x, other_y - y) >= ELSEWHERE_M as f32)
     }
 
     /// Compares a report's heading with the way since an earlier report of the agent, where there is one; else it waits.

@@ -6,7 +6,7 @@ use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
 use crate::values::{
     DetectionModel, ExpectedPlace, HeadingLaw, LastingError, Measurement, PoseDetection, PositionInnovation,
-    ScoreEvidence, ScoreModel, SharedError, Support, Widened,
+    ScoreEvidence, ScoreModel, SharedError, Support, SupportFrame, Widened,
 };
 use crate::values::{Existence, Persistence};
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,13 @@ pub struct FrameEvidence<'a> {
 }
 
 impl FrameEvidence<'_> {
+    /// As one that holds a detection with this probability.
+    fn for_support(&self, probability: f64) -> SupportFrame {
+        let Self { agent, at, model } = *self;
+        let has_scores = model.scores != ScoreModel::Ignored;
+        SupportFrame { agent, at, probability, has_scores, is_trusted: model.is_trusted }
+    }
+
     /// As a detection with this variance (m²) of what its sensor's pose adds.
     pub(super) fn of_pose(&self, variance: f64) -> PoseDetection {
         PoseDetection { agent: self.agent, at: self.at, variance, interval_s: self.model.interval_s }
@@ -98,9 +105,10 @@ impl<F: Filter> Snapshot<F> {
             HeadingLaw::Mixture { front_odds_ln, .. } => (first_read(z), front_odds_ln),
         };
         let z = &z;
+        let probability = frame.model.profile.probability(0.0, z.class.group());
         let mut support = Support::default();
         if frame.model.keeps_support {
-            support.note_detection(frame.agent, at, score);
+            support.note_detection(frame.for_support(probability), score);
         } else {
             support.note_known_detection(frame.agent, at);
         }
@@ -113,7 +121,7 @@ impl<F: Filter> Snapshot<F> {
             at,
             initiated_at: at,
             n_reports: 1,
-            interval_s: frame.model.detection_interval_s(0.0),
+            interval_s: frame.model.detection_interval_s(probability),
             persistence: frame.model.persistence,
             orientation: Orientation::initial(at, z, front_odds_ln),
             support,
@@ -153,6 +161,11 @@ impl<F: Filter> Snapshot<F> {
     /// Whether it is rather a real object than clutter, and than a false object that an agent sees persistently.
     pub fn is_rather_real(&self) -> bool {
         !self.existence.is_unlikely() && self.support.is_for_a_real_object()
+    }
+
+    /// The same without anything that rests on what was taken for real before: to learn from.
+    pub fn is_rather_real_by_itself(&self) -> bool {
+        !self.existence.is_unlikely() && self.support.is_for_a_real_object_by_itself()
     }
 
     /// Before the update by a detection at the state's own time, or taken as simultaneous: what lasts of the errors of those who
@@ -203,6 +216,7 @@ impl<F: Filter> Snapshot<F> {
         let FrameEvidence { at, agent, model } = *frame;
         let is_unlikely = self.existence.is_unlikely();
         let ReportEvidence { mut over_clutter, score, range_m } = report();
+        let probability = model.profile.probability(range_m, self.class.group());
         let mut innovation = innovation;
         if model.headings != HeadingLaw::AsReported {
             self.overrule_heading(read, innovation);
@@ -219,8 +233,8 @@ impl<F: Filter> Snapshot<F> {
                 // It may be of a new object. Low scores, however, are of the same clutter.
                 self.support = Support::default();
             }
-            over_clutter *= model.profile.detected_again(range_m, self.support.last(agent));
-            self.support.note_detection(agent, at, score);
+            over_clutter *= model.profile.detected_again(probability, self.support.last(agent));
+            self.support.note_detection(frame.for_support(probability), score);
         } else {
             self.support.note_known_detection(agent, at);
         }
@@ -235,7 +249,7 @@ impl<F: Filter> Snapshot<F> {
             self.existence = self.existence.or_initiated(birth_odds).within(&model.persistence);
         }
         self.n_reports += 1;
-        self.interval_s = model.detection_interval_s(range_m);
+        self.interval_s = model.detection_interval_s(probability);
         self.persistence = model.persistence;
         self.count_class(read.z.class);
     }
@@ -292,10 +306,10 @@ impl<F: Filter> Snapshot<F> {
         if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
             let range_m = coverage.range_for_profile(position);
-            let mut probability = coverage.profile.probability(range_m);
+            let mut probability = coverage.profile.probability(range_m, self.class.group());
             if model.keeps_support {
-                let given = coverage.profile.given(range_m, self.support.last(agent));
-                self.support.note_missed(agent, at, probability);
+                let given = coverage.profile.given(probability, self.support.last(agent));
+                self.support.note_missed(frame.for_support(probability));
                 probability = given;
             }
             self.existence = self.existence.missed(1.0 - probability);

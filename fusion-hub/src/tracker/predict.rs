@@ -251,7 +251,8 @@ impl Known {
         if let Some(coverage) = &frame.coverage
             && coverage.covers(predicted.position, 0.0)
         {
-            let probability = coverage.profile.probability(coverage.range_for_profile(predicted.position));
+            let range_m = coverage.range_for_profile(predicted.position);
+            let probability = coverage.profile.probability(range_m, self.class.group());
             predicted.report_probability = self.existence * probability;
         }
     }

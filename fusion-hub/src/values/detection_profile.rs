@@ -1,16 +1,23 @@
-//! With what probability a sensor detects an object: by range, and after a detection or a miss of the same object.
+//! With what probability a sensor detects an object: by range, by what the object is, and after a detection or a miss of the
+//! same object.
 
 use serde::{Deserialize, Serialize};
+use v2x_common::class::ClassGroup;
 
 /// Width of a bin of ranges, m.
 pub const RANGE_BIN_M: f64 = 10.0;
 /// Number of bins of ranges; the last one holds everything beyond.
 pub const RANGE_BINS: usize = 16;
+/// Number of groups of classes.
+pub const CLASS_GROUPS: usize = ClassGroup::ALL.len();
 
 /// Detection probabilities of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DetectionProfile {
     by_range: [f64; RANGE_BINS],
+    /// Factor on the odds of a detection, by the group of the object's class, up to this bin of ranges: beyond it, nobody knows.
+    by_group: [f64; CLASS_GROUPS],
+    groups_to_bin: usize,
     /// Correlation of one frame with the next about one object, 0 to 1: misses come in runs, because occlusion lasts.
     correlation: f64,
     /// Whether it is the same at every range.
@@ -27,12 +34,24 @@ pub fn range_bin(range_m: f64) -> usize {
 impl DetectionProfile {
     /// The same at every range and in every frame.
     pub const fn uniform(probability: f64) -> Self {
-        Self { by_range: [probability; RANGE_BINS], correlation: 0.0, is_uniform: true }
+        Self {
+            by_range: [probability; RANGE_BINS],
+            by_group: [1.0; CLASS_GROUPS],
+            groups_to_bin: 0,
+            correlation: 0.0,
+            is_uniform: true,
+        }
     }
 
-    /// By range, with the correlation of successive frames.
+    /// By range, the same of all classes, with the correlation of successive frames.
     pub const fn new(by_range: [f64; RANGE_BINS], correlation: f64) -> Self {
-        Self { by_range, correlation, is_uniform: false }
+        Self { by_range, by_group: [1.0; CLASS_GROUPS], groups_to_bin: 0, correlation, is_uniform: false }
+    }
+
+    /// With factors on the odds of a detection, by the group of the object's class, up to a bin of ranges.
+    #[must_use]
+    pub const fn with_groups(self, by_group: [f64; CLASS_GROUPS], to_bin: usize) -> Self {
+        Self { by_group, groups_to_bin: to_bin, ..self }
     }
 
     /// With other probabilities.
@@ -47,16 +66,28 @@ impl DetectionProfile {
         !self.is_uniform
     }
 
-    /// Of an object at this range (m), whatever was before.
+    /// Of an object at this range (m), whatever it is.
     #[inline]
-    pub fn probability(&self, range_m: f64) -> f64 {
+    pub fn of_all(&self, range_m: f64) -> f64 {
         if self.is_uniform { self.by_range[0] } else { self.by_range[range_bin(range_m)] }
     }
 
-    /// Of an object at this range (m) that the sensor's last frame held or missed; the first time, of any.
+    /// Of an object of this group at this range (m), whatever was before.
     #[inline]
-    pub fn given(&self, range_m: f64, last: Option<bool>) -> f64 {
-        let probability = self.probability(range_m);
+    pub fn probability(&self, range_m: f64, group: ClassGroup) -> f64 {
+        let probability = self.of_all(range_m);
+        let factor = self.by_group[group as usize];
+        if factor == 1.0 || range_bin(range_m) > self.groups_to_bin {
+            return probability;
+        }
+        let odds = factor * probability;
+        odds / (odds + 1.0 - probability)
+    }
+
+    /// Of an object that the sensor's last frame held or missed; the first time, of any. `probability` is that of
+    /// [`Self::probability`].
+    #[inline]
+    pub fn given(&self, probability: f64, last: Option<bool>) -> f64 {
         match last {
             Some(true) => probability + self.correlation * (1.0 - probability),
             Some(false) => probability * (1.0 - self.correlation),
@@ -66,11 +97,11 @@ impl DetectionProfile {
 
     /// What a detection is worth more after a detection than at any time, and less after a miss: a factor.
     #[inline]
-    pub fn detected_again(&self, range_m: f64, last: Option<bool>) -> f64 {
+    pub fn detected_again(&self, probability: f64, last: Option<bool>) -> f64 {
         if self.correlation == 0.0 {
             return 1.0;
         }
-        self.given(range_m, last) / self.probability(range_m)
+        self.given(probability, last) / probability
     }
 
     /// Correlation of successive frames.
@@ -83,22 +114,39 @@ impl DetectionProfile {
 mod tests {
     use super::*;
 
+    const CAR: ClassGroup = ClassGroup::FourWheeled;
+
     #[test]
     fn successive_frames_agree_on_average_with_the_probability_at_a_range() {
         let mut by_range = [0.9; RANGE_BINS];
         by_range[3] = 0.6;
         let profile = DetectionProfile::new(by_range, 0.7);
         for (range_m, p) in [(35.0, 0.6), (5.0, 0.9), (1e6, 0.9)] {
-            let [hit, miss] = [true, false].map(|last| profile.given(range_m, Some(last)));
+            assert_eq!(profile.probability(range_m, CAR), p);
+            let [hit, miss] = [true, false].map(|last| profile.given(p, Some(last)));
             assert!((p * hit + (1.0 - p) * miss - p).abs() < 1e-12, "stationary at {range_m} m");
-            assert!(miss < p && p < hit && profile.given(range_m, None) == p);
+            assert!(miss < p && p < hit && profile.given(p, None) == p);
         }
     }
 
     #[test]
     fn without_correlation_the_past_does_not_matter() {
         let profile = DetectionProfile::uniform(0.8);
-        assert_eq!(profile.given(50.0, Some(false)), 0.8);
-        assert_eq!(profile.detected_again(50.0, Some(true)), 1.0);
+        assert_eq!(profile.given(0.8, Some(false)), 0.8);
+        assert_eq!(profile.detected_again(0.8, Some(true)), 1.0);
+    }
+
+    #[test]
+    fn a_group_has_its_odds_as_far_as_detections_come_from_and_stays_a_probability() {
+        let mut by_group = [1.0; CLASS_GROUPS];
+        by_group[ClassGroup::Pedestrian as usize] = 0.25;
+        let profile = DetectionProfile::new([0.8; RANGE_BINS], 0.3).with_groups(by_group, 4);
+        assert_eq!(profile.probability(25.0, CAR), 0.8);
+        assert!((profile.probability(25.0, ClassGroup::Pedestrian) - 0.5).abs() < 1e-12);
+        assert_eq!(profile.probability(55.0, ClassGroup::Pedestrian), 0.8, "beyond");
+        for factor in [1e-9, 1e9] {
+            let extreme = profile.with_groups([factor; CLASS_GROUPS], 4).probability(25.0, CAR);
+            assert!((0.0..=1.0).contains(&extreme), "{extreme}");
+        }
     }
 }

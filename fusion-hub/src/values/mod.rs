@@ -35,7 +35,7 @@ pub use class_law::ClassLaw;
 pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use contributor_limit::ContributorLimit;
-pub use detection_profile::{DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
+pub use detection_profile::{CLASS_GROUPS, DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
 pub use exclusion::Body;
 pub use existence::{Existence, Persistence, SURVIVAL_TIME_S};
 pub(crate) use exponential::share_lost;
@@ -51,7 +51,7 @@ pub(crate) use saved::saved;
 pub use saved::{Saved, StateError};
 pub use score_model::{SCORE_BANDS, ScoreBand, ScoreEvidence, ScoreModel, logit};
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
-pub use support::Support;
+pub use support::{Support, SupportFrame};
 
 #[cfg(test)]
 pub(crate) use {

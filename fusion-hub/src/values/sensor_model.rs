@@ -11,6 +11,7 @@ use super::position_errors::PositionErrors;
 use super::score_model::{ScoreBand, ScoreModel};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use v2x_common::class::ClassGroup;
 use v2x_common::detection::Detection;
 use v2x_common::geometry::Pose;
 use v2x_common::sensor::{Body, FieldOfView, SensorDescription, SizeNoiseLaw};
@@ -66,6 +67,8 @@ pub struct DetectionModel {
     pub persistence: Persistence,
     /// How scores are read.
     pub scores: ScoreModel,
+    /// Whether what it detects is nearly always real, and no scores say so: then it is not given up where another one is silent.
+    pub is_trusted: bool,
     /// How headings err.
     pub headings: HeadingLaw,
     /// How errors of position differ from what is declared.
@@ -87,6 +90,7 @@ impl Default for DetectionModel {
             interval_s: 1.0 / UNDECLARED_RATE_HZ,
             persistence: Persistence::default(),
             scores: ScoreModel::Ignored,
+            is_trusted: false,
             headings: HeadingLaw::AsReported,
             errors: PositionErrors::AS_DECLARED,
             pose: PoseErrors::NONE,
@@ -116,16 +120,16 @@ impl DetectionModel {
         }
     }
 
-    /// Detection probability over clutter density of a detection at this range (m), m²; ∞ without clutter.
-    pub fn detection_over_clutter(&self, range_m: f64) -> f64 {
-        self.profile.probability(range_m) / self.clutter_per_m2
+    /// Detection probability over clutter density of a detection of this group at this range (m), m²; ∞ without clutter.
+    pub fn detection_over_clutter(&self, range_m: f64, group: ClassGroup) -> f64 {
+        self.profile.probability(range_m, group) / self.clutter_per_m2
     }
 
-    /// Mean time between detections of an object at this range (m), s: an agent may report a part of its objects in each
-    /// frame.
+    /// Mean time between detections of an object that a frame holds with this probability, s: an agent may report a part of its
+    /// objects in each frame.
     #[inline]
-    pub fn detection_interval_s(&self, range_m: f64) -> f64 {
-        self.interval_s / self.profile.probability(range_m).max(LEAST_REPORTED)
+    pub fn detection_interval_s(&self, probability: f64) -> f64 {
+        self.interval_s / probability.max(LEAST_REPORTED)
     }
 
     /// A detection's evidence of existence, by its distance from the sensor, where that is known, and its score.
@@ -134,7 +138,7 @@ impl DetectionModel {
         let range_m = sensor.map_or(0.0, |pose| pose.distance_to(detection.bev.x, detection.bev.y));
         let score = self.scores.evidence(detection.score);
         DetectionEvidence {
-            over_clutter: self.detection_over_clutter(range_m) * score.factor(),
+            over_clutter: self.detection_over_clutter(range_m, detection.class.group()) * score.factor(),
             score,
             band: ScoreBand::of(detection.score),
         }

@@ -160,6 +160,12 @@ fn learnt(out: &mut Out<'_>, agents: &[AgentStatus]) -> fmt::Result {
     )?;
     known(
         out,
+        &plain("agent_false_detections", "Learnt number of false detections in a frame"),
+        agents,
+        of(|it| it.false_per_frame),
+    )?;
+    known(
+        out,
         &plain("agent_sigma_factor", "Learnt factor on its declared standard deviations: 1 is right"),
         agents,
         of(|it| Some(it.sigma_factor)),
