@@ -26,14 +26,15 @@ pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
     std::fs::read_to_string(name_or_file).map(Cow::Owned).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => {
             let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
-            io::Error::new(
-                error.kind(),
-                format!(
-                    "no scenario file {}; shipped scenarios are {}",
-                    name_or_file.display(),
-                    names.join(", ")
-                ),
-            )
+            let file = name_or_file.display();
+            let meant = names.iter().find(|name| name_or_file.file_stem().is_some_and(|stem| stem == **name));
+            let words = match meant {
+                Some(name) => {
+                    format!("no scenario file {file}; the shipped scenario is `{name}`, without `.toml`")
+                }
+                None => format!("no scenario file {file}; shipped scenarios are {}", names.join(", ")),
+            };
+            io::Error::new(error.kind(), words)
         }
         _ => error,
     })
@@ -51,5 +52,9 @@ mod tests {
             message.contains("no scenario file no-such.toml") && message.contains("ten-agents"),
             "{message}"
         );
+        for file in ["crossing.toml", "scenarios/crossing.toml"] {
+            let message = read(Path::new(file)).unwrap_err().to_string();
+            assert!(message.contains(file) && message.contains("`crossing`, without `.toml`"), "{message}");
+        }
     }
 }

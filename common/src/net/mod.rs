@@ -12,6 +12,7 @@ pub mod shutdown;
 pub mod tls;
 pub mod zenoh_logs;
 pub mod zenoh_panics;
+pub mod zenoh_peers;
 pub mod zenoh_refusals;
 
 use std::io::Write;

@@ -18,6 +18,7 @@ use std::time::Duration;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::HubId;
 use v2x_common::keys::{self, Keys};
+use v2x_common::net::zenoh_peers;
 use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD, stray};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -179,6 +180,7 @@ impl Network {
         declared: Declared,
         Queues { frames, control, unnamed }: Queues,
     ) -> zenoh::Result<Self> {
+        zenoh_peers::follow(session).await?;
         let Declared { hub, has_lagged, standby } = declared;
         let hub = &hub;
         let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
