@@ -36,6 +36,10 @@ pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
             };
             io::Error::new(error.kind(), words)
         }
+        io::ErrorKind::InvalidData => io::Error::new(
+            error.kind(),
+            "it is not written as UTF-8: save it so in your editor (Windows writes UTF-16 or Latin-1 at times)",
+        ),
         _ => error,
     })
 }
@@ -43,6 +47,16 @@ pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_in_another_encoding_is_an_error_that_says_what_to_do() {
+        let path = std::env::temp_dir().join(format!("v2x-shipped-{}.toml", std::process::id()));
+        let utf_16: Vec<u8> = "[hub]\n".encode_utf16().chain([0xd800]).flat_map(u16::to_le_bytes).collect();
+        std::fs::write(&path, utf_16).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        std::fs::remove_file(path).unwrap();
+        assert!(message.contains("UTF-8: save it so"), "{message}");
+    }
 
     #[test]
     fn a_name_is_a_shipped_scenario_and_a_missing_file_is_named_with_them() {

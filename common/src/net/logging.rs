@@ -1,7 +1,7 @@
 //! Logs: to standard error, because standard output is for data.
 
 use super::log_queue::LogQueue;
-use super::{tls, zenoh_logs, zenoh_peers, zenoh_refusals};
+use super::{tls, zenoh_logs, zenoh_refusals, zenoh_speakers};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::fmt;
@@ -98,7 +98,7 @@ pub fn init(filter: &str, format: Format) -> Result<(), InvalidFilter> {
     let printed = printed.with_filter(filter.and(zenoh_logs::FewOfEach));
     // A second start in one process (tests) keeps the first.
     let layers = tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer());
-    if layers.with(zenoh_peers::layer()).try_init().is_ok() {
+    if layers.with(zenoh_speakers::layer()).try_init().is_ok() {
         let _ = FORMAT.set(format);
     }
     Ok(())

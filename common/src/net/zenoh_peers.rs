@@ -1,30 +1,12 @@
-//! Who is connected to a hub by Zenoh, by the name in the certificate and the address, and whose message a thread of Zenoh works on.
-//!
-//! Zenoh reports links, and says in a span of `tracing` whose message it handles: that is all by which a panic in its code can be laid
-//! to somebody's door. The span's name and field are Zenoh's: `deploy/it/by_hand.rs` fails where a new version has others.
+//! Who is connected to a hub by Zenoh, by the name in the certificate and the address.
 
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::{self, Write};
+use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use tracing::field::{Field, Visit};
-use tracing::level_filters::LevelFilter;
-use tracing::span::{Attributes, Id};
-use tracing::{Event, Subscriber};
-use tracing_subscriber::Layer;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::layer::Context;
-use tracing_subscriber::registry::LookupSpan;
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 use zenoh::session::{Link, ZenohId};
-
-/// Where Zenoh handles the messages of a session, in a span that says whose they are.
-const HANDLES: &str = "zenoh::net::primitives::demux";
-/// Where it says that all places for sessions are taken.
-const ADMITS: &str = "zenoh_transport::unicast::manager";
-const IS_FULL: &str = "Max transports reached";
 
 /// In a list of who holds most sessions there are at most so many names, with at most so many addresses each.
 const MAX_LISTED: usize = 16;
@@ -146,20 +128,17 @@ fn most(peers: &[&Peer]) -> Vec<SessionsOf> {
     most
 }
 
-/// Whose message this thread works on, as far as that is known.
-pub(super) fn speaking() -> Option<Peer> {
-    let short =
-        SPEAKS.try_with(|speaks| speaks.try_borrow().ok().and_then(|src| session_of(&src))).ok()??;
-    // It is called when a thread panics: that one may hold the lock.
+/// Counts one who was not let in because all places are taken.
+pub(super) fn note_refused() {
+    with_state(|state| state.refused += 1);
+}
+
+/// Whose session it is, by its id as Zenoh shortens that. It is called when a thread panics, too, which may hold the lock: then nobody
+/// is known.
+pub(super) fn of_session(short: &str) -> Option<Peer> {
     let state = STATE.try_lock().ok()?;
     let mut peers = state.as_ref()?.links.values().filter(|linked| linked.short == short);
     peers.next().map(|linked| linked.peer.clone())
-}
-
-/// The short id of the session in `south:0:client/1a2b3c4d:7`, which is region, session and number of a face.
-fn session_of(src: &str) -> Option<String> {
-    let (_, of_session) = src.rsplit_once('/')?;
-    Some(of_session.split_once(':')?.0.to_owned())
 }
 
 /// As Zenoh shortens an id: its four highest bytes that are not all zero.
@@ -179,69 +158,6 @@ fn without_port(address: &str) -> String {
 fn printable(name: &str) -> String {
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     name.chars().take(MAX_NAME).map(shown).collect()
-}
-
-thread_local! {
-    /// Of whom Zenoh handles a message on this thread; empty where it handles none.
-    static SPEAKS: RefCell<String> = const { RefCell::new(String::new()) };
-}
-
-/// The layer that reads whose messages are handled, and counts who is not let in.
-pub(super) fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
-    let targets =
-        Targets::new().with_target(HANDLES, LevelFilter::DEBUG).with_target(ADMITS, LevelFilter::TRACE);
-    Listening.with_filter(targets)
-}
-
-struct Listening;
-
-impl<S: Subscriber> Layer<S> for Listening {
-    fn on_new_span(&self, attributes: &Attributes<'_>, _: &Id, _: Context<'_, S>) {
-        // It is entered where it is made.
-        if attributes.metadata().target() == HANDLES {
-            SPEAKS.with_borrow_mut(|speaks| {
-                speaks.clear();
-                attributes.record(&mut Source(speaks));
-            });
-        }
-    }
-
-    fn on_exit(&self, _: &Id, _: Context<'_, S>) {
-        SPEAKS.with_borrow_mut(String::clear);
-    }
-
-    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
-        if event.metadata().target() == ADMITS {
-            let mut full = SaysFull(false);
-            event.record(&mut full);
-            if full.0 {
-                with_state(|state| state.refused += 1);
-            }
-        }
-    }
-}
-
-/// Keeps the field that says whose messages they are.
-struct Source<'a>(&'a mut String);
-
-impl Visit for Source<'_> {
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        if field.name() == "src" {
-            // Writing to a string does not fail.
-            let _ = write!(self.0, "{value:?}");
-        }
-    }
-}
-
-/// Whether it says that all places are taken.
-struct SaysFull(bool);
-
-impl Visit for SaysFull {
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        if field.name() == "message" {
-            self.0 = format!("{value:?}").starts_with(IS_FULL);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -265,10 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn the_session_of_a_span_is_the_one_that_acl_and_links_name() {
-        assert_eq!(session_of("south:0:client/1a2b3c4d:7").as_deref(), Some("1a2b3c4d"));
-        assert_eq!(session_of("north/7:12").as_deref(), Some("7"));
-        assert_eq!(session_of("nothing"), None);
+    fn a_peer_is_named_without_port_and_without_what_a_cert_could_do_to_a_terminal() {
         assert_eq!(without_port("[fe80::1]:7447"), "[fe80::1]");
         assert_eq!(printable("agent:\u{1b}[2J").len(), "agent:\u{fffd}[2J".len());
     }

@@ -11,7 +11,7 @@ use crate::engine::AgentRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
-use v2x_common::net::zenoh_panics;
+use v2x_common::net::zenoh_breakers;
 use v2x_common::net::zenoh_peers::Sessions;
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::spelling::nearest;
@@ -200,7 +200,7 @@ impl Health {
 fn began_again(times: u32, seen: &Seen<'_>, now: Timestamp) -> Option<Finding> {
     let is_lately = now - seen.started_at < BEGAN_AGAIN_FOR;
     (times > 0 && is_lately).then(|| {
-        let by = zenoh_panics::breakers_in_words();
+        let by = zenoh_breakers::breakers_in_words();
         let by = by.unwrap_or_else(|| "what somebody sends".to_owned());
         let says = format!(
             "this hub has begun again by itself, {times} times since it was started: Zenoh's code was broken by {by}"

@@ -10,7 +10,7 @@ use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
-use v2x_common::net::zenoh_panics::Breaker;
+use v2x_common::net::zenoh_breakers::Breaker;
 use v2x_common::net::zenoh_peers::Sessions;
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::sensor::SensorDescription;
