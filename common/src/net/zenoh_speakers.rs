@@ -55,7 +55,8 @@ fn is_sound(key: &str) -> bool {
 /// The layer that reads it.
 pub(super) fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
     let is_read = |metadata: &Metadata<'_>| match metadata.target() {
-        HANDLES => metadata.is_span(),
+        // Zenoh asks first whether such a span would be read, by what is neither a span nor an event.
+        HANDLES => !metadata.is_event(),
         REGISTERS | ADMITS => metadata.is_event(),
         _ => false,
     };
