@@ -107,21 +107,24 @@ pub fn sessions(limit: usize) -> Sessions {
     })
 }
 
+/// The name of a certificate; of who has none, the address.
+type Holder<'a> = (Option<&'a str>, &'a str);
+/// How many sessions somebody holds, and from where.
+type Held<'a> = (usize, BTreeSet<&'a str>);
+
 fn most(peers: &[&Peer]) -> Vec<SessionsOf> {
-    let mut by_name: BTreeMap<(Option<&str>, &str), (usize, BTreeSet<&str>)> = BTreeMap::new();
+    let mut by_name: BTreeMap<Holder<'_>, Held<'_>> = BTreeMap::new();
     for Peer { name, address } in peers {
-        // Who has no name is told apart by the address alone.
         let apart = if name.is_some() { "" } else { address.as_str() };
         let (count, addresses) = by_name.entry((name.as_deref(), apart)).or_default();
         *count += 1;
         addresses.insert(address);
     }
-    let of =
-        |((name, _), (sessions, addresses)): ((Option<&str>, &str), (usize, BTreeSet<&str>))| SessionsOf {
-            name: name.map(str::to_owned),
-            addresses: addresses.into_iter().take(MAX_ADDRESSES).map(str::to_owned).collect(),
-            sessions,
-        };
+    let of = |((name, _), (sessions, addresses)): (Holder<'_>, Held<'_>)| SessionsOf {
+        name: name.map(str::to_owned),
+        addresses: addresses.into_iter().take(MAX_ADDRESSES).map(str::to_owned).collect(),
+        sessions,
+    };
     let mut most: Vec<_> = by_name.into_iter().map(of).collect();
     most.sort_by_key(|one| std::cmp::Reverse(one.sessions));
     most.truncate(MAX_LISTED);

@@ -115,6 +115,7 @@ impl Network {
             control: Arc::new(ControlQueue::new()),
             unnamed: Arc::new(Unnamed::default()),
         };
+        zenoh_peers::follow(session).await?;
         let mut network = Self::declare_with(session, keys, declared, queues).await?;
         if declared.standby.is_none() {
             network.announce(keys).await?;
@@ -132,6 +133,7 @@ impl Network {
         // Zenoh does not report tokens that went meanwhile.
         self.control.doubt_tokens();
         let is_alive = self.alive.is_some();
+        zenoh_peers::follow(session).await?;
         *self = Self::declare_with(session, keys, self.declared, queues).await?;
         if is_alive {
             self.announce(keys).await?;
@@ -181,7 +183,6 @@ impl Network {
         declared: Declared,
         Queues { frames, control, unnamed }: Queues,
     ) -> zenoh::Result<Self> {
-        zenoh_peers::follow(session).await?;
         let Declared { hub, has_lagged, standby } = declared;
         let hub = &hub;
         let fused = List::declare(session, keys.fused(hub), keys.fused_json(hub)).await?;
