@@ -285,6 +285,10 @@ def check_threats(report):
     names = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+){4,})`", (ROOT / "SECURITY.md").read_text()))
     missing = sorted(name for name in names if not re.search(rf"fn {name}\b", sources))
     report.check(f"the {len(names)} tests of SECURITY.md", lambda: require(names and not missing, f"no test {', '.join(missing)}"))
+    # By these words they are found and run: cargo test WORD.
+    words = re.compile("cert|acl|tls|spoof|flood|standby|restart|fault")
+    unnamed = sorted(name for name in names if not words.search(name))
+    report.check("the names of these tests", lambda: require(not unnamed, f"none of {words.pattern} in {', '.join(unnamed)}"))
 
 
 def require(condition, message):

@@ -149,7 +149,7 @@ fn truncated_and_overlong_postcard_is_refused_as_such() {
 
 /// Every single bit flip, and every other damage to one byte.
 #[test]
-fn every_change_of_one_byte_is_an_error_or_a_valid_frame() {
+fn every_fault_of_one_byte_is_an_error_or_a_valid_frame() {
     for Kind { mut bytes, digest, .. } in kinds() {
         let mut survivors = 0;
         for place in 0..bytes.len() {
@@ -176,7 +176,7 @@ fn a_flood_of_text_is_cut_between_where_the_field_is_named_and_where_its_place_i
 }
 
 #[test]
-fn every_bit_flip_of_json_is_an_error_or_a_valid_frame() {
+fn every_fault_of_one_bit_in_json_is_an_error_or_a_valid_frame() {
     for Kind { mut bytes, digest, .. } in json_kinds() {
         for place in 0..bytes.len() {
             for bit in 0..8 {
@@ -231,7 +231,7 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_behind_a_valid_preamble_are_an_error_or_a_valid_frame(noise in vec(any::<u8>(), 0..400)) {
+    fn a_flood_of_random_bytes_behind_a_valid_preamble_is_an_error_or_a_valid_frame(noise in vec(any::<u8>(), 0..400)) {
         for Kind { letter, digest, .. } in kinds() {
             let _outcome = digest(&[&[VERSION, letter], noise.as_slice()].concat());
         }

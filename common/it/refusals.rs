@@ -111,7 +111,7 @@ const FOUR_BILLION: [u8; 5] = [0xff, 0xff, 0xff, 0xff, 0x0f];
 
 /// The reason proves it: a decoder that had started to read would have reported the truncated payload.
 #[test]
-fn a_claim_of_four_billion_items_is_refused_before_anything_is_read_or_reserved() {
+fn a_flood_of_four_billion_items_that_is_claimed_is_refused_before_anything_is_read_or_reserved() {
     let frame = plain_frame(&[&[0], FOUR_BILLION.as_slice()].concat());
     assert_eq!(detections::decode(&frame).unwrap_err().reason(), "too_many");
     // Hub `h`, lineage, sequence, time, no map frame, origin; then the three counts.

@@ -26,15 +26,20 @@ pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
     std::fs::read_to_string(name_or_file).map(Cow::Owned).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => {
             let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
-            io::Error::new(
-                error.kind(),
-                format!(
-                    "no scenario file {}; shipped scenarios are {}",
-                    name_or_file.display(),
-                    names.join(", ")
-                ),
-            )
+            let file = name_or_file.display();
+            let meant = names.iter().find(|name| name_or_file.file_stem().is_some_and(|stem| stem == **name));
+            let words = match meant {
+                Some(name) => {
+                    format!("no scenario file {file}; the shipped scenario is `{name}`, without `.toml`")
+                }
+                None => format!("no scenario file {file}; shipped scenarios are {}", names.join(", ")),
+            };
+            io::Error::new(error.kind(), words)
         }
+        io::ErrorKind::InvalidData => io::Error::new(
+            error.kind(),
+            "it is not written as UTF-8: save it so in your editor (Windows writes UTF-16 or Latin-1 at times)",
+        ),
         _ => error,
     })
 }
@@ -44,6 +49,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_file_in_another_encoding_is_an_error_that_says_what_to_do() {
+        let path = std::env::temp_dir().join(format!("v2x-shipped-{}.toml", std::process::id()));
+        let utf_16: Vec<u8> = "[hub]\n".encode_utf16().chain([0xd800]).flat_map(u16::to_le_bytes).collect();
+        std::fs::write(&path, utf_16).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        std::fs::remove_file(path).unwrap();
+        assert!(message.contains("UTF-8: save it so"), "{message}");
+    }
+
+    #[test]
     fn a_name_is_a_shipped_scenario_and_a_missing_file_is_named_with_them() {
         assert!(read(Path::new("crossing")).unwrap().contains("name = \"crossing\""));
         let message = read(Path::new("no-such.toml")).unwrap_err().to_string();
@@ -51,5 +66,9 @@ mod tests {
             message.contains("no scenario file no-such.toml") && message.contains("ten-agents"),
             "{message}"
         );
+        for file in ["crossing.toml", "scenarios/crossing.toml"] {
+            let message = read(Path::new(file)).unwrap_err().to_string();
+            assert!(message.contains(file) && message.contains("`crossing`, without `.toml`"), "{message}");
+        }
     }
 }

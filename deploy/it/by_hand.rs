@@ -104,14 +104,24 @@ async fn a_fault_of_zenohs_code_by_keys_that_are_none_makes_a_hub_begin_again_an
             tokio::task::yield_now().await;
         }
     };
+    // An operator is to know whom to keep out.
     tokio::select! {
-        begins = hub.stderr_line("this hub begins again") => drop(begins?),
+        begins = hub.stderr_line("this hub begins again") => ensure!(begins?.contains("at 127.0.0.1 sends")),
         () = newcomers => {}
     }
     ensure!(locator(&mut hub).await? == endpoint && hub.process_id()? == process);
     fused(&mut watch, Some(&lineage)).await?;
     let new = run(&folder, &[&["status", "--wait", "60"], &at[..]].concat()).await?;
     ensure!(new.code == Some(0) && new.stdout.contains("ego"), "{new:?}");
+    let is_told =
+        new.stdout.contains("FAULT") && new.stdout.replace("\n      ", "").contains("at 127.0.0.1 sends");
+    ensure!(is_told, "the status after it names who: {}", new.stdout);
+    let json = run(&folder, &[&["status", "--json"], &at[..]].concat()).await?;
+    let status: Value = serde_json::from_str(&json.stdout)?;
+    ensure!(
+        status["broken_by"][0]["address"] == "127.0.0.1" && status["broken_by"][0]["times"] == 1,
+        "{json:?}"
+    );
     Ok(())
 }
 

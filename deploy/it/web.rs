@@ -36,7 +36,7 @@ async fn the_page_and_its_files_are_served_with_a_strict_policy() -> anyhow::Res
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn another_host_name_or_origin_is_refused() -> anyhow::Result<()> {
+async fn a_spoofed_host_name_or_origin_is_refused() -> anyhow::Result<()> {
     let (_watch, address) = view(&folder("web-guard")?).await?;
     for path in ["/", "/events"] {
         let rebound = request(&address, "GET", path, &[("Host", "evil.example")]).await?;

@@ -198,7 +198,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
         #[test]
-        fn no_sequence_of_valid_frames_breaks_the_engine(bytes in prop::collection::vec(any::<u8>(), 0..4000)) {
+        fn no_sequence_of_valid_frames_is_a_fault_for_the_engine(bytes in prop::collection::vec(any::<u8>(), 0..4000)) {
             super::run(&bytes);
         }
     }

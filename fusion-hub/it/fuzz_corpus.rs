@@ -24,7 +24,7 @@ fn the_codec_keeps_the_meaning_of_every_input_of_the_corpus() -> std::io::Result
 }
 
 #[test]
-fn the_engine_survives_every_input_of_the_corpus() -> std::io::Result<()> {
+fn the_engine_survives_every_fault_of_the_corpus() -> std::io::Result<()> {
     let accepted: usize = corpus("engine")?.iter().map(|bytes| abuse::run(bytes).1).sum();
     assert!(accepted > 10, "only {accepted} frames of the corpus reach the engine");
     Ok(())

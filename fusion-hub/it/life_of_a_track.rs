@@ -103,7 +103,7 @@ fn a_position_that_is_hardly_known_is_not_published_and_does_not_affect_others()
 }
 
 #[test]
-fn an_agent_at_the_other_end_of_the_world_does_not_silence_others() {
+fn an_agent_with_the_fault_of_being_at_the_other_end_of_the_world_does_not_silence_others() {
     let mut engine = engine();
     let mut lost = frame(agent("lost"), 0, 0, vec![detection(0, at(0), (500_000.0, 5_400_000.0))]);
     lost.sensor_pose = None;

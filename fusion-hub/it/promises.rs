@@ -247,7 +247,7 @@ fn sizes_are_learnt_from_objects_and_not_from_clutter() {
 }
 
 #[test]
-fn an_agent_with_its_clock_ahead_and_huge_frames_does_not_silence_others() {
+fn a_fault_of_an_agents_clock_and_a_flood_of_huge_frames_do_not_silence_others() {
     let mut engine = engine();
     let place = |i: u32| (10.0 * f64::from(i % 64), 10.0 * f64::from(i / 64));
     let huge: Vec<_> = (0..4096).map(|i| parked(0, place(i))).collect();

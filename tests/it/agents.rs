@@ -34,7 +34,7 @@ async fn a_consumer_that_joins_late_receives_the_present_objects() -> anyhow::Re
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_killed_agent_is_removed_and_returns_with_a_new_epoch() -> anyhow::Result<()> {
+async fn a_killed_agent_is_removed_and_returns_after_its_restart_with_a_new_epoch() -> anyhow::Result<()> {
     let lab = Lab::new("killed-agent")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;

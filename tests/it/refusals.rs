@@ -15,7 +15,8 @@ use zenoh::time::{NTP64, Timestamp};
 const MINUTE: Span = Span::from_millis(60_000);
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fused() -> anyhow::Result<()> {
+async fn every_kind_of_fault_in_a_frame_is_counted_by_reason_while_a_good_agent_is_fused()
+-> anyhow::Result<()> {
     let lab = Lab::new("refusals")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;
@@ -50,7 +51,8 @@ async fn every_kind_of_bad_frame_is_counted_by_reason_while_a_good_agent_is_fuse
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn payloads_beyond_all_measure_are_counted_and_not_read_and_the_others_go_on() -> anyhow::Result<()> {
+async fn a_flood_of_payloads_beyond_all_measure_is_counted_and_not_read_and_the_others_go_on()
+-> anyhow::Result<()> {
     let lab = Lab::new("oversized")?;
     let hub = lab.hub().await?;
     let watch = lab.watch(&hub).await?;

@@ -23,13 +23,13 @@ pub enum WireFormat {
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  v2x agent --scenario crossing.toml --id ego
-  v2x agent --scenario crossing.toml --id rsu --connect tcp/192.168.1.10:7447
-  v2x agent --scenario crossing.toml --id ego --format json
+  v2x agent --scenario crossing --id ego
+  v2x agent --scenario crossing --id rsu --connect tcp/192.168.1.10:7447
+  v2x agent --scenario crossing --id ego --format json
         readable with any Zenoh client
-  v2x agent --scenario crossing.toml --id ego \\
+  v2x agent --scenario crossing --id ego \\
             --zenoh-config certs/agent/ego/zenoh.json5   by its certificate
-  v2x agent --scenario crossing.toml --id ego --world sumo:my.sumocfg
+  v2x agent --scenario crossing --id ego --world sumo:my.sumocfg
                                      beside: v2x sumo my.sumocfg
 The program `agent` is the same agent as a program of its own.")]
 pub struct AgentArgs {

@@ -1,6 +1,7 @@
 //! The agent as a process: publishes the frames of the simulated sensor when the simulated link delivers them.
 
 mod args;
+mod hearing;
 mod live_world;
 mod publisher;
 mod run;

@@ -79,6 +79,11 @@ impl AgentPublisher {
         }
     }
 
+    /// Whether somebody reads the detections, as far as this client is told.
+    pub(super) async fn is_heard(&self) -> zenoh::Result<bool> {
+        Ok(self.detections.matching_status().await?.matching())
+    }
+
     /// Whether it has said that the agent sees nothing.
     pub(super) const fn is_idle(&self) -> bool {
         self.idle.is_some()

@@ -1,6 +1,7 @@
 //! The agent's loop: captures at the sensor's times, publishes at the link's times of arrival.
 
 use super::args::AgentArgs;
+use super::hearing::{Hearing, Said};
 use super::live_world::{LiveWorld, Steps};
 use super::publisher::AgentPublisher;
 use crate::link::Outbox;
@@ -97,6 +98,7 @@ struct Agent {
     /// Where it rides on something: the key that says that this is not there, and its name.
     idle_key: Option<(String, String)>,
     is_idle: bool,
+    hearing: Hearing,
 }
 
 impl Agent {
@@ -126,7 +128,7 @@ impl Agent {
             Station::Riding(name) => Some((Keys::new(args.network).agent_idle(&args.id, name), name.clone())),
             _ => None,
         };
-        Ok(Some(Self { sender, live, config, seed, idle_key, is_idle: false }))
+        Ok(Some(Self { sender, live, config, seed, idle_key, is_idle: false, hearing: Hearing::default() }))
     }
 
     async fn serve(
@@ -146,7 +148,10 @@ impl Agent {
                 biased;
                 () = shutdown.cancelled() => break,
                 () = sleep_until(wake_at) => {}
-                _ = descriptions.tick() => self.describe(publisher, &mut counts).await,
+                _ = descriptions.tick() => {
+                    self.describe(publisher, &mut counts).await;
+                    self.say_whether_heard(publisher).await;
+                }
                 is_another = advance(self.live.as_mut()) => {
                     if self.renew_world(is_another)? {
                         next = self.sender.sensor().sequence_at_or_after(clock::now());
@@ -206,6 +211,20 @@ impl Agent {
         }
         if let Err(error) = publisher.say_idle(key.map(|(key, _)| key.as_str())).await {
             tracing::warn!(%error, "it is not said that the agent is idle");
+        }
+    }
+
+    /// Says that nobody reads what the agent sends, which Zenoh keeps to itself, or that somebody does again.
+    async fn say_whether_heard(&mut self, publisher: &AgentPublisher) {
+        // Of a session that is closed there is nothing to say.
+        let Ok(is_heard) = publisher.is_heard().await else { return };
+        match self.hearing.note(is_heard, clock::now()) {
+            Some(Said::Unheard) => tracing::warn!(
+                "nobody reads what this agent sends: no hub is there, or it serves another --network, or the certificate was revoked, \
+                 or is for another --id (`v2x certs list`, where the authority is)"
+            ),
+            Some(Said::HeardAgain) => tracing::info!("what this agent sends is read again"),
+            None => {}
         }
     }
 

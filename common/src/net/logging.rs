@@ -1,7 +1,7 @@
 //! Logs: to standard error, because standard output is for data.
 
 use super::log_queue::LogQueue;
-use super::{tls, zenoh_logs, zenoh_refusals};
+use super::{tls, zenoh_logs, zenoh_refusals, zenoh_speakers};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::fmt;
@@ -15,9 +15,9 @@ use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
 
 /// The default filter: the life cycle of our own programs, and warnings of other crates. The hub counts the
-/// handshakes that `zenoh_link_tls` refuses, and logs their number every ten seconds at most.
-pub const DEFAULT_FILTER: &str =
-    "warn,zenoh_link_tls=error,v2x=info,v2x_agent=info,v2x_fusion_hub=info,v2x_lab=info,v2x_common=info";
+/// handshakes that `zenoh_link_tls` refuses, and logs their number every ten seconds at most. What Zenoh's orchestrator warns of is the
+/// error of a session that does not open ("Timeout!"), which is returned, too, and of which our own programs say the cause.
+pub const DEFAULT_FILTER: &str = "warn,zenoh_link_tls=error,zenoh::net::runtime::orchestrator=error,v2x=info,v2x_agent=info,v2x_fusion_hub=info,v2x_lab=info,v2x_common=info";
 
 /// The levels that a filter can name.
 const LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
@@ -97,7 +97,8 @@ pub fn init(filter: &str, format: Format) -> Result<(), InvalidFilter> {
     };
     let printed = printed.with_filter(filter.and(zenoh_logs::FewOfEach));
     // A second start in one process (tests) keeps the first.
-    if tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer()).try_init().is_ok() {
+    let layers = tracing_subscriber::registry().with(printed).with(zenoh_refusals::layer());
+    if layers.with(zenoh_speakers::layer()).try_init().is_ok() {
         let _ = FORMAT.set(format);
     }
     Ok(())

@@ -186,6 +186,15 @@ pub fn listen_endpoints(config: &Config) -> Vec<String> {
     endpoint::of_config(config, "listen")
 }
 
+/// How many sessions a hub of this configuration lets in.
+pub fn max_sessions(config: &Config) -> usize {
+    config
+        .get_json("transport/unicast/max_sessions")
+        .ok()
+        .and_then(|json| json.parse().ok())
+        .unwrap_or(usize::MAX)
+}
+
 /// Opens a session; one attempt.
 pub async fn open(config: Config) -> anyhow::Result<Session> {
     // Zenoh blocks the thread that opens a session until it is connected. A separate thread keeps the caller's

@@ -5,6 +5,7 @@
 //! poisoned: each further thread that needs it panics, too, nobody is let in any more and no query is answered, while the
 //! process seems well.
 
+use super::{zenoh_breakers, zenoh_speakers};
 use std::panic::{self, PanicHookInfo};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -14,7 +15,6 @@ use std::thread;
 const THREADS: [&str; 5] = ["acc", "app", "net", "rx", "tx"];
 /// In the words of a thread that needs a lock which another one has poisoned.
 const POISONED: &str = "PoisonError";
-
 /// Calls this when a lock in Zenoh's code is poisoned and needed, with the words of that panic, before anything unwinds. It is expected not
 /// to return: other threads that panic by that wait for ever. Other panics in Zenoh's code are printed ever more rarely, so that nobody fills
 /// a log by them, and those of other code as before.
@@ -28,11 +28,11 @@ pub fn when_broken(act: impl Fn(&str) + Send + Sync + 'static) {
         let words = panicked.to_string();
         if !words.contains(POISONED) {
             let count = harmless.fetch_add(1, Ordering::Relaxed) + 1;
-            if count.is_power_of_two() {
-                tracing::error!(
-                    count,
-                    "Zenoh's code has panicked: somebody sends what no client of Zenoh does: {words}"
-                );
+            let speaks = zenoh_speakers::speaking();
+            let is_new = zenoh_breakers::note_panicked(speaks.clone());
+            if is_new || count.is_power_of_two() {
+                let whose = speaks.map_or_else(|| "somebody".to_owned(), |peer| peer.to_string());
+                tracing::error!(count, "Zenoh's code has panicked by a message of {whose}: {words}");
             }
             return;
         }

@@ -235,7 +235,7 @@ fn common_name(names: &str) -> &str {
 }
 
 /// A text of a peer for logs and terminals: without control characters, and not long.
-fn printable(text: &str) -> String {
+pub(super) fn printable(text: &str) -> String {
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
     text.chars().take(MAX_KEY).map(shown).collect()
 }

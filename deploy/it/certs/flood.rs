@@ -7,6 +7,8 @@ use serde_json::Value;
 use std::path::Path;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
+use v2x_fusion_hub::diagnosis::Code;
+use v2x_fusion_hub::hub::HubStatus;
 
 /// Connections of one flood: more than Zenoh lets wait for a handshake at once.
 const CONNECTIONS: usize = 240;
@@ -101,7 +103,8 @@ async fn a_flood_of_half_open_tcp_connections_stops_nobody_is_closed_and_lets_ne
 
 /// A hub whose configuration lets ten sessions in.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_flood_of_sessions_by_one_certificate_is_bounded_and_the_others_go_on() -> anyhow::Result<()> {
+async fn a_flood_of_sessions_by_one_certificate_is_bounded_told_by_its_name_and_the_others_go_on()
+-> anyhow::Result<()> {
     const MOST: usize = 10;
     let folder = support::folder("flood-sessions")?;
     certs(&folder, &["init"]).await?;
@@ -120,17 +123,26 @@ async fn a_flood_of_sessions_by_one_certificate_is_bounded_and_the_others_go_on(
     let at = ["--zenoh-config", screen.as_str(), "--connect", &secured.endpoint];
     let mut before = Before::start(&secured.folder, &at).await?;
     before.goes_on(5).await?;
+    let asks = secured.watch().await?;
     let mut sessions = Vec::new();
-    for _ in 0..MOST - 2 {
+    for _ in 0..MOST - 3 {
         sessions.push(secured.session("viewer/eve").await?);
     }
+    let is_told = |status: &HubStatus| {
+        let finding = status.findings.iter().find(|one| one.code == Code::Sessions && one.is_fault());
+        finding.is_some_and(|one| one.says.contains("viewer:eve holds 7 of 10, from 127.0.0.1"))
+    };
+    let full = asks.until("the hub says who has taken its places", is_told).await?;
+    ensure!((full.sessions.total, full.sessions.limit) == (MOST, MOST), "{:?}", full.sessions);
     // One more is not let in, whoever asks.
     let late = support::run(&secured.folder, &[&["status", "--wait", "2"], &at[..]].concat()).await?;
     ensure!(late.code == Some(1), "{late:?}");
+    asks.until("it is told that somebody was not let in", |status| status.sessions.refused > 0).await?;
     before.goes_on(20).await?;
     for session in sessions {
         v2x_common::net::session::close(session).await?;
     }
+    asks.until("there are places again", |status| status.sessions.total < MOST - 3).await?;
     let again = support::run(&secured.folder, &[&["status", "--wait", "60"], &at[..]].concat()).await?;
     ensure!(again.code == Some(0), "{again:?}");
     before.goes_on(5).await

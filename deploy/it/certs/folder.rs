@@ -58,6 +58,21 @@ async fn certs_are_not_made_where_other_users_could_replace_them_nor_by_a_name_t
     Ok(())
 }
 
+/// Who tries it out in a clone, as the guide says, is not to publish the authority's key by `git add .`.
+#[tokio::test(flavor = "multi_thread")]
+async fn certs_that_are_made_within_a_repository_are_passed_by_when_all_is_added_to_it() -> anyhow::Result<()>
+{
+    let folder = support::folder("certs-git")?;
+    let git = |args: &[&str]| std::process::Command::new("git").args(args).current_dir(&folder).output();
+    anyhow::ensure!(git(&["init", "--quiet"])?.status.success(), "this test needs git");
+    certs(&folder, &["init"]).await?;
+    certs(&folder, &["agent", "ego"]).await?;
+    std::fs::write(folder.join("else.txt"), "")?;
+    let status = git(&["status", "--porcelain", "--untracked-files=all"])?;
+    assert_eq!(String::from_utf8(status.stdout)?, "?? else.txt\n");
+    Ok(())
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn certs_init_that_was_interrupted_says_what_to_do() -> anyhow::Result<()> {
     let folder = support::folder("certs-interrupted")?;

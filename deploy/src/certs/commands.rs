@@ -47,6 +47,7 @@ fn init(dir: &Path, args: &InitArgs) -> anyhow::Result<()> {
         );
     }
     files::private_folder(dir)?;
+    files::keep_out_of_repositories(dir)?;
     let name = format!("v2x authority {}", authority::now());
     let expires_at = authority::make(dir, &name, args.authority_days)?;
     say(&format!("{}: an authority, valid until {}", dir.display(), day(expires_at)));

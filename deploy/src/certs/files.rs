@@ -34,6 +34,12 @@ fn refuse_writable_by_others(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Keeps a folder with private keys out of the repository around it, if there is one: `git add .` passes it by.
+pub(super) fn keep_out_of_repositories(folder: &Path) -> anyhow::Result<()> {
+    let path = folder.join(".gitignore");
+    if path.exists() { Ok(()) } else { create(&path, "# Private keys.\n*\n") }
+}
+
 /// What is made by these options only its owner can read.
 pub(super) fn private(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]

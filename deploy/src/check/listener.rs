@@ -9,6 +9,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::id::{AgentId, NetworkId};
 use v2x_common::keys::{self, Keys};
+use v2x_common::net::liveliness;
 use v2x_common::net::queue::DropOldestQueue;
 use v2x_common::time::Timestamp;
 use v2x_common::wire::journal::Body;
@@ -20,6 +21,8 @@ use zenoh::sample::Sample;
 
 /// Everything is subscribed to for this long only: hubs publish streams for such a subscriber that nobody else reads.
 const EVERYTHING_FOR: Duration = Duration::from_secs(3);
+/// How long all tokens have for their answer.
+const TOKENS_WITHIN: Duration = Duration::from_secs(2);
 /// Frames that may wait.
 const WAITING: usize = 4096;
 /// How often the core makes a list, and how often it judges what it has.
@@ -133,13 +136,12 @@ async fn agents_tokens(session: &Session, network: NetworkId) -> Tokens {
     }
 }
 
+/// Their keys, as far as they come in time.
 async fn tokens(session: &Session, key: String) -> Vec<String> {
-    let mut keys = Vec::new();
-    let Ok(replies) = session.liveliness().get(key).await else { return keys };
-    while let Ok(reply) = replies.recv_async().await {
-        if let Ok(sample) = reply.into_result() {
-            keys.push(sample.key_expr().as_str().to_owned());
-        }
-    }
-    keys
+    let keys = Arc::new(Mutex::new(Vec::new()));
+    let into = keys.clone();
+    let take = move |key: &str| into.lock().unwrap_or_else(PoisonError::into_inner).push(key.to_owned());
+    // What came before an error counts.
+    let _ = liveliness::each_token(session, &key, TOKENS_WITHIN, take).await;
+    std::mem::take(&mut *keys.lock().unwrap_or_else(PoisonError::into_inner))
 }

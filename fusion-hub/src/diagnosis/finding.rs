@@ -114,6 +114,8 @@ pub enum Code {
     TwoHubs,
     /// The hub has not enough time for what arrives.
     Overload,
+    /// The places for sessions are taken, or many of them by one.
+    Sessions,
     /// What Zenoh does not let in: handshakes, and messages that the access control denies.
     RefusedByZenoh,
     /// The hub's own recording has ended, or has gaps.
@@ -139,6 +141,7 @@ impl Code {
                 | Self::Overload
                 | Self::Recording
                 | Self::RegistrationFull
+                | Self::Sessions
                 | Self::StandbyDiffers
                 | Self::Silent
         )

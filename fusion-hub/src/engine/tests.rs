@@ -59,7 +59,7 @@ fn a_frame_is_accepted_once_and_again_only_in_a_new_epoch() {
 }
 
 #[test]
-fn another_map_frame_is_refused_by_name() {
+fn another_map_frame_is_a_fault_that_is_refused_by_name() {
     let map_frame = Some(MapFrame::new("EPSG:32632").unwrap());
     let mut engine = Engine::new(EngineConfig { map_frame, ..config() });
     let mut foreign = frame("a", 0, 0);
@@ -132,7 +132,7 @@ fn after_a_flood_of_names_an_agent_that_is_silent_for_good_makes_room_for_a_new_
 }
 
 #[test]
-fn memory_is_bounded_against_many_agents_and_many_frames() {
+fn memory_is_bounded_against_a_flood_of_agents_and_frames() {
     let mut engine = engine();
     for agent in 0..MAX_AGENTS {
         admit(&mut engine, &frame(&format!("a{agent}"), 0, 0), at(0)).unwrap();
@@ -188,7 +188,7 @@ fn a_flood_of_names_of_which_no_frame_is_ever_accepted_locks_nobody_out() {
 }
 
 #[test]
-fn published_times_never_go_back() {
+fn published_times_never_go_back_after_any_fault() {
     let mut engine = engine();
     assert_eq!(engine.fused(at(100)).fused_at, at(100));
     assert_eq!(engine.fused(at(50)).fused_at, at(100));

@@ -10,6 +10,7 @@ use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
 use v2x_common::net::session::{self, SessionOptions};
 use v2x_common::net::zenoh_logs;
+use v2x_common::net::zenoh_peers::{self, Sessions};
 use v2x_common::net::zenoh_refusals::{ZenohRefusals, zenoh_refusals};
 use v2x_common::time::{Span, Timestamp};
 use zenoh::{Config, Session};
@@ -72,6 +73,11 @@ impl Access {
     /// What the session is opened with.
     pub(super) const fn in_force(&self) -> &Config {
         &self.in_force
+    }
+
+    /// Who is connected, and how many can be.
+    pub(super) fn sessions(&self) -> Sessions {
+        zenoh_peers::sessions(session::max_sessions(&self.in_force))
     }
 
     /// Whether the configuration that is in force is not the one in the file: a revocation in that does not hold.

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
-use v2x_common::net::{logging, zenoh_panics};
+use v2x_common::net::{logging, zenoh_breakers, zenoh_panics};
 
 /// One who breaks it again and again is not to take all of the machine's time.
 const AGAIN_AFTER: Duration = Duration::from_millis(200);
@@ -26,10 +26,19 @@ pub(super) struct Again {
 
 /// How often this process has begun again, in its environment.
 const TIMES: &str = "V2X_BEGAN_AGAIN";
+/// By whose messages, as JSON, in its environment.
+const BY: &str = "V2X_BEGAN_AGAIN_BY";
 
 /// How often this process has begun again.
 pub(super) fn times() -> u32 {
     std::env::var(TIMES).ok().and_then(|times| times.parse().ok()).unwrap_or(0)
+}
+
+/// Takes over by whose messages Zenoh's code was broken before this process began again.
+pub(super) fn recall_breakers() {
+    if let Some(known) = std::env::var(BY).ok().and_then(|known| serde_json::from_str(&known).ok()) {
+        zenoh_breakers::recall(known);
+    }
 }
 
 impl Again {
@@ -46,8 +55,9 @@ impl Again {
     /// Begins again as soon as a lock in Zenoh's code is poisoned.
     pub(super) fn when_zenoh_is_broken(this: std::sync::Arc<Self>) {
         zenoh_panics::when_broken(move |why| {
+            let by = zenoh_breakers::breakers_in_words().unwrap_or_else(|| "what somebody sends".to_owned());
             tracing::error!(
-                "Zenoh's own code has broken, and would let nobody in any more: this hub begins again, with an empty list: {why}"
+                "Zenoh's own code is broken by {by}, and would let nobody in any more: this hub begins again, with an empty list: {why}"
             );
             this.begin();
         });
@@ -106,7 +116,9 @@ fn replaced_by_itself(name: Option<OsString>, args: Vec<OsString>) -> std::io::E
     };
     let mut command = std::process::Command::new(&program);
     command.arg0(name.unwrap_or_else(|| program.into())).args(args);
-    command.env(TIMES, times().saturating_add(1).to_string()).exec()
+    // Without them the count goes on.
+    let by = serde_json::to_string(&zenoh_breakers::breakers()).unwrap_or_default();
+    command.env(TIMES, times().saturating_add(1).to_string()).env(BY, by).exec()
 }
 
 #[cfg(not(unix))]

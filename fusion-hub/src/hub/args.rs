@@ -29,7 +29,7 @@ Examples:
                                      for those with a certificate (v2x certs)
   v2x hub --standby --connect tcp/192.168.1.10:7447
                                      publishes when the hub there does not
-  v2x hub --config crossing.toml     with the [hub] table of a scenario
+  v2x hub --config crossing     with the [hub] table of a scenario
   v2x hub --metrics                  with metrics and health at
                                      http://127.0.0.1:9464/metrics
   v2x hub --record run.mcap --rotate-mb 500

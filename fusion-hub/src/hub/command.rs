@@ -38,6 +38,7 @@ pub async fn run_with(
         began_again: again::times(),
     };
     let again = Arc::new(Again::new(args.listen.clone(), args.recording_that_is_in_the_way()));
+    again::recall_breakers();
     Again::when_zenoh_is_broken(again.clone());
     let network = args.network;
     let metrics = server.as_ref().map(Server::address);

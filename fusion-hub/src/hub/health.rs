@@ -1,6 +1,7 @@
 //! Whether all is well: findings about the agents and the hub itself, each of them logged once when it begins and once when it ends.
 
 use super::core::Core;
+use super::crowding::Crowding;
 use super::denials::Denials;
 use super::recorder::RecordingStatus;
 use super::roster::Roster;
@@ -10,6 +11,8 @@ use crate::engine::AgentRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
+use v2x_common::net::zenoh_breakers;
+use v2x_common::net::zenoh_peers::Sessions;
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::spelling::nearest;
 use v2x_common::time::{Span, Timestamp};
@@ -50,6 +53,7 @@ pub(super) struct Health {
     unrecorded: u64,
     unrecorded_at: Option<Timestamp>,
     denials: Denials,
+    crowding: Crowding,
 }
 
 /// What the hub itself has seen, beside its core.
@@ -69,6 +73,8 @@ pub(super) struct Seen<'a> {
     pub(super) is_access_behind: bool,
     /// By Zenoh, since the start.
     pub(super) refused_by_zenoh: ZenohRefusals,
+    /// Who is connected.
+    pub(super) sessions: Sessions,
     /// The hub's own recording, where it writes one.
     pub(super) recording: Option<RecordingStatus>,
 }
@@ -124,6 +130,7 @@ impl Health {
         findings.extend(began_again(self.began_again, seen, now));
         findings.extend(seen.recording.as_ref().and_then(|recording| self.of_recording(recording, now)));
         findings.extend(self.denials.findings(seen.refused_by_zenoh.clone(), now));
+        findings.extend(self.crowding.finding(&seen.sessions, now));
         if seen.is_access_behind {
             let says = "the Zenoh configuration was written anew and is not followed: who was revoked in it is still let in";
             let change = "The hub's log says why; it tries again by itself";
@@ -193,11 +200,13 @@ impl Health {
 fn began_again(times: u32, seen: &Seen<'_>, now: Timestamp) -> Option<Finding> {
     let is_lately = now - seen.started_at < BEGAN_AGAIN_FOR;
     (times > 0 && is_lately).then(|| {
+        let by = zenoh_breakers::breakers_in_words();
+        let by = by.unwrap_or_else(|| "what somebody sends".to_owned());
         let says = format!(
-            "this hub has begun again by itself, {times} times since it was started: Zenoh's code was broken by what somebody sends"
+            "this hub has begun again by itself, {times} times since it was started: Zenoh's code was broken by {by}"
         );
-        let change = "No client of Zenoh sends such messages: keep out by a firewall who does, and revoke its certificate; SECURITY.md \
-                      says how the log shows who connects";
+        let change = "No client of Zenoh sends such messages: keep that address out by a firewall, and revoke the certificate; \
+                      revoking alone does not help against this";
         Finding::of_network(Code::BeganAgain, says, change)
     })
 }
@@ -296,6 +305,7 @@ mod tests {
             standby_differs: None,
             is_access_behind: false,
             refused_by_zenoh: ZenohRefusals::default(),
+            sessions: Sessions::default(),
             recording: None,
         }
     }

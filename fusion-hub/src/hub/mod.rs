@@ -20,6 +20,8 @@ mod control_counts;
 mod control_queue;
 mod core;
 #[cfg(feature = "net")]
+mod crowding;
+#[cfg(feature = "net")]
 mod delta_stream;
 #[cfg(feature = "net")]
 mod denials;

@@ -7,17 +7,18 @@ use super::fair_queue::{FairQueue, QueueLimits};
 use super::intake::Received;
 use super::on_demand::{OnDemand, Parts, declare_publisher};
 use super::strays::Strays;
-use super::token_changes::Token;
+use super::token_changes::{Token, TokenSet};
 use super::twin::{self, Twin};
 use super::unnamed::Unnamed;
 use anyhow::anyhow;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use v2x_common::fused::FusedFrame;
 use v2x_common::id::HubId;
 use v2x_common::keys::{self, Keys};
+use v2x_common::net::{liveliness, zenoh_peers};
 use v2x_common::wire::{self, ENCODING_JSON, ENCODING_POSTCARD, stray};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
@@ -114,6 +115,7 @@ impl Network {
             control: Arc::new(ControlQueue::new()),
             unnamed: Arc::new(Unnamed::default()),
         };
+        zenoh_peers::follow(session).await?;
         let mut network = Self::declare_with(session, keys, declared, queues).await?;
         if declared.standby.is_none() {
             network.announce(keys).await?;
@@ -131,6 +133,7 @@ impl Network {
         // Zenoh does not report tokens that went meanwhile.
         self.control.doubt_tokens();
         let is_alive = self.alive.is_some();
+        zenoh_peers::follow(session).await?;
         *self = Self::declare_with(session, keys, self.declared, queues).await?;
         if is_alive {
             self.announce(keys).await?;
@@ -145,16 +148,17 @@ impl Network {
     ) -> impl Future<Output = anyhow::Result<BTreeSet<Token>>> + Send + use<> {
         let (session, kinds) = (self.session.clone(), [keys.any_agents_alive(), keys.all_agents_idle()]);
         async move {
-            let mut tokens = BTreeSet::new();
+            let tokens = Arc::new(Mutex::new(TokenSet::default()));
             for all in kinds {
-                let replies = session.liveliness().get(all).timeout(TOKENS_WITHIN).await;
-                let replies = replies.map_err(|error| anyhow!("{error}"))?;
-                while let Ok(reply) = replies.recv_async().await {
-                    let sample = reply.into_result().map_err(|error| anyhow!("{error}"))?;
-                    tokens.extend(token_of(sample.key_expr().as_str()));
-                }
+                let into = tokens.clone();
+                let take = move |key: &str| {
+                    let mut tokens = into.lock().unwrap_or_else(PoisonError::into_inner);
+                    token_of(key).into_iter().for_each(|token| tokens.insert(token));
+                };
+                liveliness::each_token(&session, &all, TOKENS_WITHIN, take).await?;
             }
-            Ok(tokens)
+            let tokens = std::mem::take(&mut *tokens.lock().unwrap_or_else(PoisonError::into_inner));
+            Ok(tokens.into_inner())
         }
     }
 
@@ -345,5 +349,35 @@ mod tests {
         until(&network, &keys, &[Token::alive(ego), of_idle.clone()].into()).await;
         alive.undeclare().await.unwrap();
         until(&network, &keys, &[of_idle].into()).await;
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_flood_of_more_tokens_than_a_channel_holds_is_read_again_and_holds_up_no_hub() {
+        const FLOOD: usize = 600;
+        let listen = vec!["tcp/127.0.0.1:0".to_owned()];
+        let options = SessionOptions { listen, ..SessionOptions::default() };
+        let session = session::open(session::hub_config(&options).unwrap()).await.unwrap();
+        let keys = Keys::new(NetworkId::new("many-tokens").unwrap());
+        let declared = Declared { hub: HubId::new("hub").unwrap(), has_lagged: false, standby: None };
+        let network = Network::declare(&session, &keys, declared).await.unwrap();
+
+        let connect = session::locators(&session).await;
+        let options = SessionOptions { connect, ..SessionOptions::default() };
+        let client = session::open(session::client_config(&options).unwrap()).await.unwrap();
+        let agent = |k: usize| AgentId::new(&format!("a{k}")).unwrap();
+        let mut flood = Vec::new();
+        for k in 0..FLOOD {
+            flood.push(client.liveliness().declare_token(keys.agent_alive(&agent(k))).await.unwrap());
+            flood.push(
+                client.liveliness().declare_token(keys.agent_idle(&agent(0), &format!("{k}"))).await.unwrap(),
+            );
+        }
+        // Of one agent's idle tokens a few are enough.
+        let is_all = |tokens: &BTreeSet<Token>| {
+            let alive = tokens.iter().filter(|token| token.rides_on.is_none()).count();
+            alive == FLOOD && (1..=8).contains(&(tokens.len() - alive))
+        };
+        let read = async { while !network.tokens(&keys).await.is_ok_and(|tokens| is_all(&tokens)) {} };
+        tokio::time::timeout(Duration::from_secs(60), read).await.expect("the tokens are read");
     }
 }

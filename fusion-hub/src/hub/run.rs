@@ -360,6 +360,7 @@ impl Hub {
             standby_differs: self.standby.as_ref().and_then(|standby| standby.differs(clock::now())),
             is_access_behind: self.access.is_behind(),
             refused_by_zenoh: zenoh_refusals(),
+            sessions: self.access.sessions(),
             recording: self.journal.recorder().map(RecordingStatus::of),
         };
         self.health.check(&mut self.core, &seen, clock::now());

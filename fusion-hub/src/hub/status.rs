@@ -10,6 +10,8 @@ use crate::registration::{AgentRegistration, Bias};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use v2x_common::id::{AgentId, HubId, NetworkId};
+use v2x_common::net::zenoh_breakers::Breaker;
+use v2x_common::net::zenoh_peers::Sessions;
 use v2x_common::net::zenoh_refusals::ZenohRefusals;
 use v2x_common::sensor::SensorDescription;
 use v2x_common::wire::Writing;
@@ -99,6 +101,12 @@ pub struct HubStatus {
     /// What Zenoh has refused: handshakes, and messages that the access control denies.
     #[serde(default)]
     pub refused_by_zenoh: ZenohRefusals,
+    /// Who is connected: agents, consumers, routers.
+    #[serde(default)]
+    pub sessions: Sessions,
+    /// By whose messages Zenoh's code was broken, the newest last; also before this process began again by itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub broken_by: Vec<Breaker>,
     /// Every agent of which the hub has received anything, by name.
     pub agents: Vec<AgentStatus>,
 }

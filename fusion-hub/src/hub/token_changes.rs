@@ -29,6 +29,28 @@ impl Token {
     }
 }
 
+/// Whether an agent has enough tokens that are not its own beside this one: the others are those from its first one on.
+fn is_one_too_many<'a>(token: &Token, others: impl Iterator<Item = &'a Token>) -> bool {
+    token.rides_on.is_some()
+        && others.take_while(|other| other.agent == token.agent).count() >= MAX_IDLE_OF_AGENT
+}
+
+/// Tokens that there are; of what one agent rides on a few are enough.
+#[derive(Debug, Default)]
+pub(super) struct TokenSet(BTreeSet<Token>);
+
+impl TokenSet {
+    pub(super) fn insert(&mut self, token: Token) {
+        if !is_one_too_many(&token, self.0.range(Token::idle(token.agent, String::new())..)) {
+            self.0.insert(token);
+        }
+    }
+
+    pub(super) fn into_inner(self) -> BTreeSet<Token> {
+        self.0
+    }
+}
+
 /// All tokens, which a task of its own reads: the hub goes on meanwhile.
 pub(super) type TokensRead = JoinHandle<anyhow::Result<BTreeSet<Token>>>;
 
@@ -69,9 +91,8 @@ impl TokenChanges {
     }
 
     fn is_one_too_many(&self, token: &Token) -> bool {
-        let of_agent = self.states.range(Token::idle(token.agent, String::new())..);
-        let of_agent = of_agent.take_while(|(other, _)| other.agent == token.agent);
-        token.rides_on.is_some() && of_agent.count() >= MAX_IDLE_OF_AGENT
+        let others = self.states.range(Token::idle(token.agent, String::new())..);
+        is_one_too_many(token, others.map(|(other, _)| other))
     }
 
     pub(super) fn pop(&mut self) -> Option<TokenChange> {

@@ -41,6 +41,7 @@ impl Collector for Exported {
         state(&mut out, status)?;
         lists(&mut out, status)?;
         refused(&mut out, status)?;
+        sessions(&mut out, status)?;
         out.counter(
             &plain("candidates", "Pairs of a detection and a track that were near enough to be weighed"),
             self.snapshot.candidates,
@@ -161,6 +162,25 @@ fn refused(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
     let handshakes = zenoh.handshakes.iter().map(|(cause, count)| (label("cause", cause), *count));
     out.counters(&plain("zenoh_handshakes_refused", "TLS handshakes refused, by cause"), handshakes)?;
     out.counter(&plain("zenoh_messages_denied", "Messages that the access control denied"), zenoh.messages)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+fn sessions(out: &mut Out<'_>, status: &HubStatus) -> fmt::Result {
+    let sessions = &status.sessions;
+    let of_one = sessions.most.first().map_or(0, |one| one.sessions);
+    out.gauge(&plain("sessions", "Sessions of agents, consumers and routers"), sessions.total as f64)?;
+    out.gauge(&plain("sessions_limit", "How many sessions there can be"), sessions.limit as f64)?;
+    out.gauge(
+        &plain(
+            "sessions_of_one",
+            "Sessions of the certificate, or of the address without one, that has most",
+        ),
+        of_one as f64,
+    )?;
+    out.counter(
+        &plain("sessions_refused", "Sessions that were not let in because all places were taken"),
+        sessions.refused,
+    )
 }
 
 fn spans(out: &mut Out<'_>, snapshot: &Snapshot) -> fmt::Result {

@@ -8,6 +8,7 @@ use crate::hub::monitor::Snapshot;
 use crate::hub::recorder::RecordingStatus;
 use crate::hub::status::{HubStatus, memory_bytes};
 use v2x_common::clock;
+use v2x_common::net::zenoh_breakers;
 use v2x_common::net::zenoh_refusals::zenoh_refusals;
 use v2x_common::time::Timestamp;
 
@@ -43,6 +44,8 @@ impl Hub {
             publish_ms: self.timing.publish_ms(),
             memory_bytes: memory_bytes(),
             refused_by_zenoh: zenoh_refusals(),
+            sessions: self.access.sessions(),
+            broken_by: zenoh_breakers::breakers(),
             writings: self.settings.writings(),
             verdict: Verdict::of(self.health.findings()),
             judged_since: self.core.survey().judged_since().map(Timestamp::as_micros),

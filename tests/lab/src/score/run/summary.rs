@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_error_does_not_excuse_objects_that_are_missed_or_made_up() {
+    fn a_small_error_does_not_excuse_the_fault_of_objects_that_are_missed_or_made_up() {
         let verdict_with = |recall, precision, of_agents| {
             let mut summary = summary();
             summary.fused.common = Metrics {
