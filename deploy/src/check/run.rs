@@ -175,7 +175,8 @@ fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
 fn without_objects(status: &HubStatus) -> Option<Finding> {
     /// Objects are gone by then whose agents send nothing any more.
     const SILENT_S: f64 = 2.0;
-    let is_said = status.findings.iter().any(|one| one.code == Code::NoAgents);
+    let is_said =
+        status.findings.iter().any(|one| matches!(one.code, Code::NoAgents | Code::NothingFused));
     let newest = status.agents.iter().filter_map(|agent| agent.newest_captured_at).max()?;
     if is_said || status.objects > 0 {
         return None;

@@ -183,6 +183,10 @@ impl AgentTable {
     fn classes(&self) -> Result<BTreeMap<String, Class>, String> {
         let class = |(name, ours): (&String, &String)| match Class::from_name(ours) {
             Some(class) => Ok((name.clone(), class)),
+            None if Class::from_name(name).is_some() => Err(format!(
+                "classes.{name:?} is {ours:?}, which is no class: the agent's own name is on the left, and ours on the right: write \
+                 {ours:?} = {name:?}"
+            )),
             None => {
                 Err(format!("classes.{name:?} is {ours:?}, which is no class; there are {}", known_classes()))
             }

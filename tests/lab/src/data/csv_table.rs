@@ -284,7 +284,7 @@ fn if_comma(text: &str) -> &'static str {
 fn if_no_text(error: &csv::Error) -> &'static str {
     match error.kind() {
         csv::ErrorKind::Utf8 { .. } => {
-            ": it is no text in UTF-8, but perhaps in UTF-16, as a spreadsheet writes \"Unicode text\": save it as CSV in UTF-8"
+            ": it is no text in UTF-8, but perhaps in Latin-1, or in UTF-16, as a spreadsheet writes \"Unicode text\": save it as CSV in UTF-8"
         }
         _ => "",
     }
@@ -332,8 +332,7 @@ fn hint_of_names(header: &[&str], missing: &[&str]) -> String {
         hints.push("where the time of arrival is not known, write t as t_arr, too".to_owned());
     }
     let optional: Vec<&str> = missing.iter().filter(|one| MAY_BE_EMPTY.contains(one)).copied().collect();
-    if missing.contains(&"t_arr") || missing.iter().any(|one| one.starts_with('s') && optional.contains(one))
-    {
+    if missing.contains(&"t_arr") || !optional.is_empty() {
         let cells = (!optional.is_empty()).then(|| format!("the cells of {} may be empty", names(&optional)));
         hints.extend(cells);
     }
