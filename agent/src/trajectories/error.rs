@@ -164,7 +164,9 @@ impl From<TableError> for TrafficError {
 /// What may be wrong with a text that is not UTF-8. Of another fault the reader of CSV says itself what it is.
 fn if_no_text(error: &csv::Error) -> &'static str {
     match error.kind() {
-        csv::ErrorKind::Utf8 { .. } => ": it is no text in UTF-8, but in Latin-1, say, or no text at all; save it as UTF-8",
+        csv::ErrorKind::Utf8 { .. } => {
+            ": it is no text in UTF-8, but in Latin-1, say, or no text at all; save it as UTF-8"
+        }
         _ => "",
     }
 }

@@ -57,7 +57,9 @@ impl Contents {
             self.parts += u64::from(is_of_one_time);
             self.uncounted += u64::from(!is_of_one_time && seen.reported.has_sequence);
         }
-        self.split += u64::from(before.number.0 == now.number.0 && before.number != now.number && is_of_one_time && !is_same);
+        self.split += u64::from(
+            before.number.0 == now.number.0 && before.number != now.number && is_of_one_time && !is_same,
+        );
         // The same frame sent twice is no new one.
         if is_of_one_time {
             return;

@@ -72,7 +72,9 @@ impl Speeds {
         for (k, one) in last.detections.iter().enumerate().take(MAX_DETECTIONS) {
             let Some(said) = &one.velocity else { continue };
             let velocity = steps::velocity(k, places.each_ref().map(|one| &one[..]), steps_s);
-            let Some(velocity) = velocity.filter(|[x, y]| libm::hypot(*x, *y) >= MOVING_MPS) else { continue };
+            let Some(velocity) = velocity.filter(|[x, y]| libm::hypot(*x, *y) >= MOVING_MPS) else {
+                continue;
+            };
             let squared = velocity[0] * velocity[0] + velocity[1] * velocity[1];
             let along = (said.x * velocity[0] + said.y * velocity[1]) / squared;
             if along.is_finite() && self.ratios.len() < MAX_RATIOS {

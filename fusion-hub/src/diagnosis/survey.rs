@@ -113,7 +113,7 @@ impl Survey {
         }
     }
 
-    /// Judges what was gathered, a whole window where there is one. To be called about once a second.
+    /// Judges what was gathered, a whole window where there is one. To be called about twice a second.
     pub fn diagnose(&mut self, around: &Surroundings<'_>, now: Timestamp) {
         if self.current.since.is_none() {
             self.current.begin(around, now);

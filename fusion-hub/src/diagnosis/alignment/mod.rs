@@ -235,8 +235,12 @@ mod tests {
     fn what_stands_does_not_move_though_its_first_velocities_are_noise() {
         let agent = AgentId::new("a").unwrap();
         let has_motion = |speeds: &[f64]| {
-            let spots =
-                speeds.iter().map(|speed| Spot { at: [0.0; 2], velocity: [0.0, *speed], variance: 1.0, size: None });
+            let spots = speeds.iter().map(|speed| Spot {
+                at: [0.0; 2],
+                velocity: [0.0, *speed],
+                variance: 1.0,
+                size: None,
+            });
             let seen = vec![Sighting::new(None, spots.collect())];
             Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent)
         };

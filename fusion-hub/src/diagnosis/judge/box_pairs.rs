@@ -12,11 +12,7 @@ const TOGETHER: f64 = 1.2;
 const AGREES: f64 = 1.1;
 
 /// Findings of pairs of agents, of whom nothing is known of their sizes alone (`is_known`).
-pub(super) fn findings(
-    window: &Window,
-    source: Source,
-    is_known: impl Fn(&AgentId) -> bool,
-) -> Vec<Finding> {
+pub(super) fn findings(window: &Window, source: Source, is_known: impl Fn(&AgentId) -> bool) -> Vec<Finding> {
     let of = |agent: AgentId| window.sizes.iter().filter(move |(pair, _)| pair.contains(&agent));
     let votes = |agent: AgentId| {
         let differs = of(agent).filter(|(_, ratio)| differ(ratio.factors)).count();

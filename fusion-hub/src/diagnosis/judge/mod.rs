@@ -59,12 +59,15 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     let sizes: Vec<_> = with(&[Code::Sizes, Code::SizesSwapped]);
     findings.extend(pairs::findings(window, &known));
     findings.extend(box_pairs::findings(window, around.source, |agent| sizes.contains(agent)));
-    findings.extend(nothing::finding(window));
     findings.extend(contents::copies(window, around));
     drop_consequences(window, &mut findings);
     let findings = findings.into_iter().map(|one| no_accuracy_of_repetition(window, one));
     let findings = findings.map(|one| no_accuracy_unconfirmed(window, one));
     let mut findings: Vec<_> = findings.collect();
+    // Where it is known what is wrong, that is why.
+    if !findings.iter().any(Finding::is_fault) {
+        findings.extend(nothing::finding(window));
+    }
     merge_overload(window, &mut findings);
     stalls::merge(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));

@@ -161,6 +161,8 @@ mod tests {
             ("{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": \"1\"}]}", "not texts"),
             ("{\"captured_at\": 1", "one whole JSON object"),
             ("[]", "one whole JSON object"),
+            ("{'captured_at': 1}", "json.dumps"),
+            ("{\"captured_at\": 1, \"detections\": [{\"class\": 2, \"x\": 1, \"y\": 1}]}", "such as \"car\""),
             (
                 "{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1, \"y\": 1, \"heading\": 1.57}]}",
                 "the angle is `yaw`",

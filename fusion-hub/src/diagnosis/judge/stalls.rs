@@ -77,12 +77,21 @@ mod tests {
                 let at = Timestamp::EPOCH + Span::from_millis(1_000_000 + 100 * k.cast_signed());
                 let frame = DetectionFrame::empty(FrameId { agent, epoch: 1, sequence: k }, at);
                 let received_at = at + Span::from_millis(*delay_ms);
-                survey.arrivals.note(&Observation { frame: &frame, reported: &Default::default(), received_at });
+                survey.arrivals.note(&Observation {
+                    frame: &frame,
+                    reported: &Default::default(),
+                    received_at,
+                });
             }
             let late = Refusal::TooLate { age: Span::from_millis(600) };
             survey.refused.insert(late.reason(), (refused, late));
             if delays.iter().any(|delay_ms| *delay_ms > 300) {
-                findings.push(Finding::fault(Code::FramesRefused, agent, "refused (too_late)".to_owned(), ""));
+                findings.push(Finding::fault(
+                    Code::FramesRefused,
+                    agent,
+                    "refused (too_late)".to_owned(),
+                    "",
+                ));
                 findings.push(Finding::note(Code::Jitter, agent, "varies".to_owned(), ""));
             }
         }

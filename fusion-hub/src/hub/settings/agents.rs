@@ -302,6 +302,7 @@ mod tests {
             ),
             ("origin = { latitude_deg = 91, longitude_deg = 0 }\nframe = \"wgs84\"", "origin is 91"),
             ("classes = { Auto = \"spaceship\" }", "\"spaceship\", which is no class; there are"),
+            ("classes = { car = \"PKW\" }", "write \"PKW\" = \"car\""),
             ("yaw = { unit = \"gon\" }", "expected `rad` or `deg`"),
             ("time_offset_ms = 1e9", "time_offset_ms is 1000000000"),
             ("detection_probability = 2", "detection_probability is 2, expected 0.01 to 1"),

@@ -133,7 +133,8 @@ fn a_clock_that_is_behind_is_distinguished_from_a_shift_where_roads_cross() {
 #[test]
 fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
     let row = |y: f64| -> Vec<_> {
-        let place = |k: i32| Spot { at: [6.5 * f64::from(k), y], velocity: [0.0, 0.0], variance: 0.25, size: None };
+        let place =
+            |k: i32| Spot { at: [6.5 * f64::from(k), y], velocity: [0.0, 0.0], variance: 0.25, size: None };
         (0..8).map(place).collect()
     };
     let snapshots: Vec<Snapshot> =
