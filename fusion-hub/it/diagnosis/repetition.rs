@@ -139,7 +139,7 @@ fn a_number_that_does_not_count_is_told_as_such() {
 }
 
 /// The findings where a third agent sends the list of every tenth of a second, edited.
-fn with_an_echo(edit: impl Fn(&mut Detection)) -> Vec<v2x_fusion_hub::diagnosis::Finding> {
+fn with_an_echo(edit: impl Fn(&mut Detection)) -> Vec<Finding> {
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let agent = |name: &str| AgentId::new(name).expect("a name");
     let mut core = Core::new(HubSettings::default(), Engine::new);

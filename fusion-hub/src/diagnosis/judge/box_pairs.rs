@@ -4,10 +4,10 @@ use super::super::finding::{Code, Finding, Severity};
 use super::super::window::{Source, Window};
 use v2x_common::id::AgentId;
 
-/// Widths and depths of the same vehicles differ by such a factor, both in one direction and both together, where one of two agents is
-/// wrong: who sees the near sides of vehicles makes them smaller, by less.
-const EACH: f64 = 1.12;
-const TOGETHER: f64 = 1.2;
+/// Widths and depths of the same vehicles differ by such a factor, and by nearly the same one, where one of two agents is wrong. Margins, and
+/// who sees the near sides of vehicles, make less, or change one more than the other.
+const TOGETHER: f64 = 1.25;
+const ALIKE: f64 = 1.15;
 /// Who differs by less than this agrees.
 const AGREES: f64 = 1.1;
 
@@ -57,8 +57,7 @@ fn together(factors: [f64; 2]) -> f64 {
 
 fn differ(factors: [f64; 2]) -> bool {
     let [w, d] = factors.map(libm::log);
-    let each = w.abs().min(d.abs());
-    w * d > 0.0 && each >= libm::log(EACH) && together(factors).abs() >= libm::log(TOGETHER)
+    (w - d).abs() <= libm::log(ALIKE) && together(factors).abs() >= libm::log(TOGETHER)
 }
 
 #[cfg(test)]
@@ -94,7 +93,9 @@ mod tests {
     #[test]
     fn sizes_as_detectors_differ_are_no_finding() {
         // The near sides only; a length that is hard to see; one that is wider and shorter.
-        for factors in [[1.15, 1.12], [1.0, 1.4], [1.3, 0.8], [0.9, 0.87]] {
+        for factors in
+            [[1.15, 1.12], [1.0, 1.4], [1.3, 0.8], [0.9, 0.87], [1.2, 1.2], [0.8, 0.6], [1.35, 1.8]]
+        {
             assert_eq!(said(&[([0, 1], factors)]), [], "{factors:?}");
         }
         let window = Window {
