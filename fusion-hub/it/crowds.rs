@@ -182,8 +182,8 @@ fn an_agent_in_the_frame_of_its_sensor_is_found_among_twenty() {
 }
 
 #[test]
-fn along_one_road_a_shift_may_be_one_of_time_and_is_a_note_where_nothing_is_fused() {
-    // As of a hub that has just begun, or whose agents deny what the other ones report.
+fn a_shift_is_a_note_as_long_as_nobody_knows_how_fast_the_objects_move() {
+    // Objects without velocities, as of a hub that has just begun.
     let unknown = |ms: i64| FusedFrame { objects: Vec::new(), ..list(ms) };
     let only_one_road = |frame: &mut DetectionFrame| {
         frame.detections.retain(|one| one.bev.yaw.abs() < 0.1);

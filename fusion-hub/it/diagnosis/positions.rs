@@ -142,22 +142,6 @@ fn a_shift_and_a_turn_between_agents_are_reported_in_metres_and_degrees() {
 
 /// The places in a frame that was mapped by another pose than that of the sensor.
 #[test]
-fn a_shift_is_a_fault_also_where_nothing_is_fused_that_says_how_objects_move() {
-    // Each denies what the other one reports, and no object is sure enough to be published.
-    let shifted = |by_m: f64| {
-        let edit = move |frame: &mut Frame| each(frame, |one| (one.x, one.y) = (one.x + by_m, one.y - by_m));
-        findings_of("publish_existence = 0.999", edit, |_| None)
-    };
-    for by_m in [3.0, 7.0] {
-        let found = shifted(by_m);
-        let offset: Vec<_> = found.iter().filter(|one| one.code == Code::Offset).collect();
-        let [one] = offset[..] else { panic!("{found:#?}") };
-        assert!(one.is_fault() && one.agent.is_none(), "{one}");
-    }
-    assert!(shifted(0.0).iter().all(|one| one.code != Code::Offset));
-}
-
-#[test]
 fn positions_from_the_sensors_place_along_the_maps_axes_are_named() {
     let found = found(|frame| {
         let Pose { x, y, .. } = frame.pose;

@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn what_undoes_a_mapping_gives_the_places_back() {
         let pose = Pose { x: 30.0, y: -5.0, yaw: 0.7 };
-        let place = |at| Spot { at, velocity: [0.0, 0.0], variance: 0.1, size: None, knows_velocity: true };
+        let place = |at| Spot { at, velocity: [0.0, 0.0], variance: 0.1, size: None };
         let is_at = |change: Change, given: [f64; 2], expected: [f64; 2]| {
             let moved = change.apply(&Sighting::new(Some(pose), vec![place(given)])).unwrap()[0].at;
             assert!((0..2).all(|axis| (moved[axis] - expected[axis]).abs() < 1e-9), "{change:?}: {moved:?}");

@@ -5,7 +5,6 @@
 use super::change::{Change, LARGE, Rigid};
 use super::squares::{
     Explained, MIN_PAIRS, MIN_PLACES, MIN_SHARE, Refined, TIME_SIGMA_S, explained, nearest, refine, share,
-    time_sigma_s,
 };
 use super::{Snapshot, Spot, scale};
 
@@ -102,7 +101,7 @@ fn changed(refined: &Refined, snapshots: &[Snapshot], possible: u64) -> Fit {
         whose: 1,
         change: Change::Rigid(refined.reported()),
         share: share(refined.explained.pairs, possible),
-        is_time_known: time_sigma_s(snapshots, &refined.change) <= TIME_SIGMA_S || stands(snapshots),
+        is_time_known: refined.sigma[3] <= TIME_SIGMA_S || stands(snapshots),
     }
 }
 

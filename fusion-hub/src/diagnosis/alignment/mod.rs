@@ -30,8 +30,6 @@ const MAX_ALL_SIGHTINGS: usize = 2048;
 const MAX_SNAPSHOTS: usize = 48;
 const ENOUGH_SPOTS: usize = 400;
 const APART: Span = Span::from_millis(300);
-/// What has no other within what is driven at this speed in the meantime is followed, m/s.
-const ISOLATED_MPS: f64 = 20.0;
 /// Fewest frames with one before and one after them that say how much lasts.
 const MIN_FOLLOWED: usize = 6;
 /// Frames of one agent so far apart are those before and after each other.
@@ -53,8 +51,6 @@ pub(super) struct Spot {
     pub(super) at: [f64; 2],
     /// m/s; zero where it is not known.
     pub(super) velocity: [f64; 2],
-    /// What is not known to move need not stand.
-    pub(super) knows_velocity: bool,
     /// Variance of the position, m².
     pub(super) variance: f64,
     /// Width and depth of a vehicle, m; `None` of other things, and where it is not given.
@@ -134,7 +130,7 @@ impl Snapshots {
         let of_agent = |agent| {
             let mut all: Vec<Sighting> = self.of_agents.get(agent).cloned().unwrap_or_default();
             all.sort_by_key(|sighting| sighting.captured_at);
-            followed(all)
+            all
         };
         let (firsts, seconds) = (of_agent(first), of_agent(second));
         let (mut snapshots, mut spots): (Vec<Snapshot>, usize) = (Vec::new(), 0);
@@ -153,28 +149,6 @@ impl Snapshots {
         }
         snapshots
     }
-}
-
-/// With the velocities by an agent's own places before and after, where nothing else says them: where two agents differ by more than
-/// objects are wide, each of them denies what the other one reports, and there is no fused object to move with.
-fn followed(mut all: Vec<Sighting>) -> Vec<Sighting> {
-    for k in 1..all.len().saturating_sub(1) {
-        let Some((places, steps_s)) = places_and_steps([&all[k - 1], &all[k], &all[k + 1]]) else { continue };
-        let places = places.each_ref().map(|one| &one[..]);
-        for (n, spot) in all[k].spots.iter_mut().enumerate().filter(|(_, spot)| !spot.knows_velocity) {
-            // In a queue that rolls the nearest one a moment later is another car.
-            let reach_m = ISOLATED_MPS * steps_s[0].max(steps_s[1]);
-            let velocity = steps::velocity(n, places, steps_s).filter(|_| is_alone(n, places[1], reach_m));
-            (spot.velocity, spot.knows_velocity) = (velocity.unwrap_or_default(), velocity.is_some());
-        }
-    }
-    all
-}
-
-/// Whether no other place is so near to one.
-fn is_alone(k: usize, places: &[[f64; 2]], reach_m: f64) -> bool {
-    let apart_m = |other: &[f64; 2]| libm::hypot(other[0] - places[k][0], other[1] - places[k][1]);
-    places.iter().enumerate().all(|(n, other)| n == k || apart_m(other) >= reach_m)
 }
 
 /// Where three frames have their detections (m), and the times between them (s); `None` where they are not one after the other.
@@ -216,7 +190,6 @@ impl Sighting {
             Spot {
                 at,
                 velocity: velocity.unwrap_or_default(),
-                knows_velocity: velocity.is_some(),
                 variance: f64::midpoint(position.xx, position.yy),
                 size: size(one),
             }
@@ -259,7 +232,6 @@ mod tests {
                 velocity: [0.0, *speed],
                 variance: 1.0,
                 size: None,
-                knows_velocity: true,
             });
             let seen = vec![Sighting::new(None, spots.collect())];
             Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent)

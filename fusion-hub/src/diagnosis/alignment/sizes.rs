@@ -86,7 +86,6 @@ mod tests {
             let spot = |k: u32, size| Spot {
                 at: [20.0 * f64::from(k) + 3.0 * f64::from(step), 2.0],
                 velocity: [7.0, 0.0],
-                knows_velocity: true,
                 variance: 0.1,
                 size,
             };

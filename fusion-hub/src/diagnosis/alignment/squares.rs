@@ -153,17 +153,6 @@ pub(super) fn refine(snapshots: &[Snapshot], begin: Rigid) -> Option<Refined> {
     Some(Refined { change, sigma, explained })
 }
 
-/// How well the time between two agents is known beside a small change, s (1 σ): by what is known to move or to stand.
-pub(super) fn time_sigma_s(snapshots: &[Snapshot], change: &Rigid) -> f64 {
-    let of_known = |[first, second]: &Snapshot| {
-        let mut second = second.clone();
-        second.spots.retain(|spot| spot.knows_velocity);
-        [first.clone(), second]
-    };
-    let known: Vec<_> = snapshots.iter().map(of_known).collect();
-    Normal::of(&known, change, None).solve().map_or(PRIOR[3], |(_, sigma)| sigma[3])
-}
-
 /// Normal equations of the four parameters.
 struct Normal {
     matrix: [[f64; 4]; 4],
