@@ -1,4 +1,4 @@
-//! Durations on command lines: one spelling for all of them.
+//! Durations on command lines and in sentences: one spelling for all of them.
 
 /// A text is not a duration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,9 +21,40 @@ pub fn parse_seconds(text: &str) -> Result<f64, InvalidDuration> {
     if seconds.is_finite() { Ok(seconds) } else { Err(InvalidDuration) }
 }
 
+/// A duration (s) in a sentence, in the largest unit of which it is two or more, so that nobody counts digits: `604800 s` are `7 days`.
+pub fn in_words(seconds: f64) -> String {
+    const UNITS: [(f64, &str); 4] = [(86_400.0, "days"), (3_600.0, "h"), (60.0, "min"), (1.0, "s")];
+    /// From so many seconds on milliseconds are none.
+    const SECONDS_FROM: f64 = 10.0;
+    let unit = UNITS.into_iter().find(|(of_s, _)| seconds.abs() >= (2.0 * of_s).max(SECONDS_FROM));
+    match unit {
+        Some((of_s, name)) => {
+            let text = format!("{:.1}", seconds / of_s);
+            format!("{} {name}", text.strip_suffix(".0").unwrap_or(&text))
+        }
+        None => format!("{:.0} ms", 1e3 * seconds),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn durations_are_said_in_units_whose_digits_nobody_has_to_count() {
+        let cases = [
+            (0.331, "331 ms"),
+            (3.5, "3500 ms"),
+            (12.0, "12 s"),
+            (37.04, "37 s"),
+            (3_599.969, "60 min"),
+            (-7_200.0, "-2 h"),
+            (604_800.031, "7 days"),
+        ];
+        for (seconds, words) in cases {
+            assert_eq!(in_words(seconds), words);
+        }
+    }
 
     #[test]
     fn durations_are_read_with_their_units() {

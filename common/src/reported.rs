@@ -99,6 +99,9 @@ pub struct Reported {
     pub sigma_is_set: bool,
     /// Its positions that are no longitudes and latitudes near the origin, where they should be.
     pub off_origin: OffPlaces,
+    /// The heading of its sensor's pose as it is given, in radians by the agent's conventions, before whole turns are taken away; zero
+    /// where there is none.
+    pub pose_yaw: f64,
     /// It is of JSON.
     pub is_json: bool,
     /// It gave a sequence number of its own.

@@ -50,3 +50,25 @@ async fn the_manual_has_a_page_for_every_command() -> anyhow::Result<()> {
     }
     Ok(())
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_help_of_every_command_fits_into_80_columns() -> anyhow::Result<()> {
+    let folder = folder("help")?;
+    let mut paths: Vec<Vec<String>> = vec![vec![]];
+    let mut n = 0;
+    while let Some(path) = paths.pop() {
+        let mut command: Vec<&str> = path.iter().map(String::as_str).collect();
+        command.push("--help");
+        let help = run(&folder, &command).await?.stdout;
+        let wide = help.lines().find(|line| line.chars().count() > 80);
+        ensure!(wide.is_none() && !help.is_empty(), "v2x {}: {wide:?}", command.join(" "));
+        n += 1;
+        let list = help.split_once("Commands:\n").map(|(_, list)| list).unwrap_or_default();
+        let lines = list.lines().take_while(|line| !line.trim().is_empty());
+        let names = lines.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+        let names = names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
+        paths.extend(names.map(|name| path.iter().cloned().chain([name.to_owned()]).collect()));
+    }
+    ensure!(n > 20, "{n} commands");
+    Ok(())
+}

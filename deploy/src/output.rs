@@ -31,9 +31,29 @@ fn is_closed(error: &anyhow::Error) -> bool {
     cause.is_some_and(|cause| cause.kind() == ErrorKind::BrokenPipe)
 }
 
+/// A word of a command line that a shell takes as one, to be copied.
+pub(crate) fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    match !text.is_empty() && text.chars().all(is_plain) {
+        true => text.to_owned(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_with_spaces_is_one_word_of_a_shell_when_it_is_copied() {
+        assert_eq!(shell_word("Kreuzung-Süd/mein.toml"), "Kreuzung-Süd/mein.toml");
+        for text in ["sub dir/mein verkehr.toml", "", "it's (one) $HOME; *.toml"] {
+            let printed = std::process::Command::new("sh")
+                .args(["-c", &format!("printf %s {}", shell_word(text))])
+                .output();
+            assert_eq!(String::from_utf8(printed.unwrap().stdout).unwrap(), text);
+        }
+    }
 
     fn failed(kind: ErrorKind) -> anyhow::Result<Output> {
         output(Err(std::io::Error::from(kind)).context("writing the summary"))

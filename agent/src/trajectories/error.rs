@@ -67,7 +67,7 @@ pub enum TrafficError {
         hint: String,
     },
     /// The text is no CSV.
-    #[error("is no table: {0}")]
+    #[error("is no table{}", if_no_text(.0))]
     Table(#[from] csv::Error),
     /// The text is no XML.
     #[error("line {line}: {cause}")]
@@ -158,5 +158,15 @@ fn unit_in_words(step: Span) -> String {
 impl From<TableError> for TrafficError {
     fn from(cause: TableError) -> Self {
         Self::Tables(cause)
+    }
+}
+
+/// What may be wrong with a text that is not UTF-8. Of another fault the reader of CSV says itself what it is.
+fn if_no_text(error: &csv::Error) -> &'static str {
+    match error.kind() {
+        csv::ErrorKind::Utf8 { .. } => {
+            ": it is no text in UTF-8, but in Latin-1, say, or no text at all; save it as UTF-8"
+        }
+        _ => "",
     }
 }

@@ -53,6 +53,14 @@ fn byte_order_marks_carriage_returns_semicolons_quotes_and_decimal_commas_are_re
 }
 
 #[test]
+fn text_in_another_encoding_is_refused_once_with_what_to_save_it_as() {
+    let latin = TWO.replace("car", "Fu\u{df}g\u{e4}nger").chars().map(|c| c as u8).collect::<Vec<_>>();
+    let words = read(&latin[..], &ReadOptions::default()).unwrap_err().to_string();
+    assert!(words.contains("no text in UTF-8") && words.contains("save it as UTF-8"), "{words}");
+    assert!(!words.contains("CSV parse error"), "the cause says that: {words}");
+}
+
+#[test]
 fn every_mistake_names_its_line_and_column() {
     let cases = [
         ("", "is empty"),

@@ -38,8 +38,13 @@ with connected() as consumer, Agent("camera", connect=endpoint, description=sens
         car = Detection("car", x=10 + tenth / 10, y=5.0, yaw=0.0, sigma=Sigma(x=0.3, y=0.3))  # driving east at 1 m/s
         sent = camera.publish([car], sensor_pose=Pose(0.0, 0.0))
         frame = frames.next(timeout=5)
-        while sent.sequence not in [one.sequence for one in frame.includes]:
+        give_up = time.monotonic() + 2
+        while sent.sequence not in [one.sequence for one in frame.includes] and time.monotonic() < give_up:
             frame = frames.next(timeout=5)
+        if sent.sequence not in [one.sequence for one in frame.includes]:
+            # It was refused or lost: the hub's lists go on without it.
+            print(f"frame {sent.sequence} is in no list: `v2x check camera` says why", file=sys.stderr, flush=True)
+            continue
         latency_ms = (frame.fused_at - sent.captured_at) / 1e6
         for one in frame.objects:
             print(f"{one.cls}: x {one.x:.2f} m, vx {one.vx:.2f} m/s, {latency_ms:.1f} ms after it was seen")

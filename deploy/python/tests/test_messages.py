@@ -192,3 +192,19 @@ def test_an_area_is_the_newest_frame_of_each_of_its_tiles():
     assert follower.handle("b", fused(2, [])) is None, "it came before"
     assert places(follower.handle("a", fused(3, []))) == [(1, 8.0), (2, 9.0)]
     assert places(follower.handle("a", fused(20, [(5, 1.0, 0.0)]))) == [(5, 1.0)], "b's last frame was lost"
+
+
+def test_what_is_no_message_where_one_is_expected_is_named_with_its_value():
+    def fails(match, **fields):
+        with pytest.raises(TypeError, match=match):
+            DetectionFrame(1, **fields).check()
+
+    fails(r"detections\[0\] is {'class': 'car'}, expected a v2x.messages.Detection", detections=({"class": "car"},))
+    fails(r"detections\[1\].sigma is 0.3, expected a v2x.messages.Sigma",
+          detections=(Detection("car", 1.0, 2.0), Detection("car", 1.0, 2.0, sigma=0.3)))  # fmt: skip
+    fails(r"detections\[0\].velocity is \(1, 2\)", detections=(Detection("car", 1.0, 2.0, velocity=(1, 2)),))
+    fails(r"sensor_pose is \(0, 0, 0\), expected a v2x.messages.Pose", sensor_pose=(0, 0, 0))
+    with pytest.raises(TypeError, match="expected one of v2x.DETECTION"):
+        messages.detections_of(np.zeros((3, 7)))
+    sound = Detection("car", 1.0, 2.0, sigma=Sigma(x=0.3, y=0.3), velocity=Velocity(1.0, 0.0, 0.5, 0.5))
+    DetectionFrame(1, (sound,), sensor_pose=Pose(0.0, 0.0)).check()

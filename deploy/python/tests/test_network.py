@@ -132,6 +132,22 @@ def test_what_is_no_number_is_not_published(hub, patience):
         assert (health.accepted, health.refused) == (1, 0)
 
 
+def test_times_of_another_unit_and_single_detections_are_not_published(hub):
+    with Agent("camera", connect=hub.locator) as camera:
+        now = time.time_ns()
+        for at in (now // 1000, now // 1_000_000_000, 12_000_000_000):
+            with pytest.raises(ValueError, match=f"captured_at is {at}, expected nanoseconds"):
+                camera.publish([], captured_at=at)
+        with pytest.raises(TypeError, match="expected a list of them"):
+            camera.publish(Detection("car", 1.0, 2.0))
+        assert camera.publish([], captured_at=now).sequence == 0
+
+
+def test_an_endpoint_without_a_protocol_is_named():
+    with pytest.raises(ValueError, match="connect is '127.0.0.1:7447', expected an endpoint such as 'tcp/"):
+        Agent("camera", connect="127.0.0.1:7447")
+
+
 def test_a_recording_is_read_as_it_was_sent(hub_factory, tmp_path, patience):
     hub = hub_factory(record=tmp_path / "run.mcap")
     with Consumer(connect=hub.locator) as consumer, Agent("camera", connect=hub.locator, description=DESCRIPTION) as camera:

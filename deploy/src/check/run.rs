@@ -23,8 +23,8 @@ use zenoh::Session;
 
 /// What a hub has judged is of the time of listening where it began no earlier than this before.
 const SAME_TIME: Span = Span::from_millis(5_000);
-/// Longest time that a hub takes until then: ten seconds, and a second for each pair of agents.
-const HUB_JUDGES_WITHIN: Span = Span::from_millis(40_000);
+/// Longest time that a hub takes until then: twice ten seconds, and half a second for each pair of agents.
+const HUB_JUDGES_WITHIN: Span = Span::from_millis(32_000);
 /// Exit codes.
 const DEGRADED: u8 = 1;
 const NOBODY: u8 = 3;
@@ -175,7 +175,7 @@ fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
 fn without_objects(status: &HubStatus) -> Option<Finding> {
     /// Objects are gone by then whose agents send nothing any more.
     const SILENT_S: f64 = 2.0;
-    let is_said = status.findings.iter().any(|one| one.code == Code::NoAgents);
+    let is_said = status.findings.iter().any(|one| matches!(one.code, Code::NoAgents | Code::NothingFused));
     let newest = status.agents.iter().filter_map(|agent| agent.newest_captured_at).max()?;
     if is_said || status.objects > 0 {
         return None;

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
         "{}: agents {}\nrun it: v2x up {} --web",
         out.display(),
         agents.join(", "),
-        out.display()
+        crate::output::shell_word(&out.display().to_string())
     );
     Ok(())
 }

@@ -11,6 +11,46 @@ fn swapped_sizes_are_named() {
 }
 
 #[test]
+fn sizes_that_differ_from_those_of_another_agent_by_a_factor_are_told_and_those_of_near_sides_are_not() {
+    let times = |factor: f64| {
+        found(move |frame| each(frame, |one| (one.w, one.d) = (factor * one.w, factor * one.d)))
+    };
+    for factor in [1.35, 0.7] {
+        let found = times(factor);
+        let [one] = &found[..] else { panic!("{found:#?}") };
+        // With two agents it is unknown which one is wrong.
+        assert!(one.is_fault() && one.code == Code::Sizes && one.agent.is_none(), "{one}");
+        assert!(one.says.contains("of south are") && one.says.contains("by north"), "{one}");
+    }
+    for factor in [0.9, 1.0, 1.12] {
+        assert_eq!(times(factor), []);
+    }
+}
+
+#[test]
+fn assumed_standard_deviations_that_are_too_large_are_a_note_and_too_small_ones_a_fault() {
+    let assumed = |sigma_m: f64| {
+        let settings = format!("[report_defaults]\nsigma_position_m = {sigma_m}");
+        findings_of(&settings, |frame| each(frame, |one| one.sigma_m = None), |_| None)
+    };
+    let large = assumed(3.0);
+    assert!(large.iter().all(|one| !one.is_fault()), "{large:#?}");
+    assert!(large.iter().any(|one| one.code == Code::SigmaTooLarge), "{large:#?}");
+    assert_only(&assumed(0.04), Code::SigmaTooSmall, "the assumed standard deviations");
+}
+
+#[test]
+fn frames_that_cannot_be_read_are_not_also_missing_by_their_numbers() {
+    let found = found(|frame| {
+        if frame.sequence % 4 != 0 {
+            frame.more = json!({ "speed": 8.0 });
+        }
+    });
+    assert_only(&found, Code::FramesRefused, "unknown field `speed`");
+    assert!(found.iter().all(|one| one.code != Code::Gaps), "{found:#?}");
+}
+
+#[test]
 fn missing_and_false_standard_deviations_are_reported() {
     let missing = found(|frame| each(frame, |one| one.sigma_m = None));
     assert!(missing.iter().any(|one| one.code == Code::SigmaMissing && !one.is_fault()), "{missing:#?}");

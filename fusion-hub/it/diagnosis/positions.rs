@@ -141,6 +141,27 @@ fn a_shift_and_a_turn_between_agents_are_reported_in_metres_and_degrees() {
 }
 
 /// The places in a frame that was mapped by another pose than that of the sensor.
+#[test]
+fn positions_from_the_sensors_place_along_the_maps_axes_are_named() {
+    let found = found(|frame| {
+        let Pose { x, y, .. } = frame.pose;
+        each(frame, |one| (one.x, one.y) = (one.x - x, one.y - y));
+    });
+    assert_only(&found, Code::SensorFrame, "relative to the place of its sensor, along the axes of the map");
+}
+
+#[test]
+fn a_pose_in_degrees_is_named_and_one_of_a_whole_turn_is_not() {
+    let with_yaw = |write: fn(f64) -> f64| {
+        found(move |frame| {
+            let Pose { x, y, yaw } = frame.pose;
+            frame.more = json!({ "sensor_pose": { "x": x, "y": y, "yaw": write(yaw) } });
+        })
+    };
+    assert_only(&with_yaw(f64::to_degrees), Code::SensorPose, "it is in degrees");
+    assert_eq!(with_yaw(|yaw| yaw.rem_euclid(std::f64::consts::TAU)), []);
+}
+
 fn mapped_by(frame: &mut Frame, wrong: Pose) {
     let right = frame.pose;
     each(frame, |one| {

@@ -1,11 +1,12 @@
 //! Frames that say again what was said before, and those of the hub itself.
 
 use super::crossing::{Detection, Frame, START_MS, assert_only, each, findings_where, found, run, world};
+use serde_json::json;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
 use v2x_common::wire::journal::Body;
 use v2x_fusion_hub::Engine;
-use v2x_fusion_hub::diagnosis::{Code, Tokens};
+use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
 use v2x_fusion_hub::hub::{Core, HubSettings};
 
 #[test]
@@ -72,13 +73,73 @@ fn one_message_for_each_object_of_a_time_is_told_as_such() {
 }
 
 #[test]
+fn one_message_for_each_object_is_told_also_where_each_has_a_number_of_its_own() {
+    let findings = |n_parts: usize| {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let (mut frames, mut sequence) = (Vec::new(), 0);
+        for k in 0..240 {
+            frames.push(world(k, "south"));
+            let whole = world(k, "north");
+            let per_part = whole.detections.len().div_ceil(n_parts).max(1);
+            for (n, some) in whole.detections.chunks(per_part).enumerate() {
+                sequence += 1;
+                let delay_ms = whole.delay_ms + i64::try_from(n).unwrap() / 4;
+                frames.push(Frame { detections: some.to_vec(), delay_ms, sequence, ..whole.clone() });
+            }
+        }
+        frames.sort_by_key(|frame| frame.captured_ms + frame.delay_ms);
+        let alive = ["north", "south"].map(|name| AgentId::new(name).unwrap()).into();
+        run(&mut core, frames, &Tokens { alive, ..Tokens::default() }, |_| {})
+    };
+    for n_parts in [2, 12] {
+        assert_only(&findings(n_parts), Code::PartialFrames, "is taken for all of it");
+    }
+    assert_eq!(findings(1), []);
+}
+
+/// The detections of a frame with numbers of tracks.
+fn with_tracks(frame: &mut Frame, track: impl Fn(usize, &Detection) -> u64) {
+    let detections = frame.detections.iter().enumerate().map(|(n, one)| {
+        json!({
+            "class": one.class, "x": one.x, "y": one.y, "w": one.w, "d": one.d, "yaw": one.yaw,
+            "sigma": { "x": 0.3, "y": 0.3, "yaw": 0.05 }, "source_track": track(n, one),
+        })
+    });
+    frame.more = json!({ "detections": detections.collect::<Vec<_>>() });
+}
+
+#[test]
+fn places_in_a_list_as_numbers_of_tracks_are_told_and_tracks_that_stay_with_objects_are_not() {
+    let is_told =
+        |found: &[Finding]| found.iter().any(|one| one.code == Code::SourceTracks && one.is_fault());
+    let by_place = found(|frame| with_tracks(frame, |n, _| n as u64));
+    assert!(is_told(&by_place), "{by_place:#?}");
+    // Each lane has three cars, which are where they began and as far as they have driven.
+    let by_car = found(|frame| {
+        let t = 1e-3 * frame.captured_ms as f64;
+        with_tracks(frame, |_, one| {
+            let (sin, cos) = libm::sincos(one.yaw);
+            let (lane, speed) = match (cos.abs() > 0.7, cos > 0.0, sin > 0.0) {
+                (true, true, _) => (0, 9.0),
+                (true, false, _) => (1, 8.0),
+                (false, _, true) => (2, 10.0),
+                (false, _, false) => (3, 7.0),
+            };
+            let begun_m = one.x * cos + one.y * sin + 39.0 - speed * t;
+            10 * lane + libm::round(begun_m / 26.0).rem_euclid(3.0) as u64
+        });
+    });
+    assert!(!is_told(&by_car), "{by_car:#?}");
+}
+
+#[test]
 fn a_number_that_does_not_count_is_told_as_such() {
     let findings = found(|frame| frame.sequence = 0);
     assert_only(&findings, Code::PartialFrames, "`sequence` does not count");
 }
 
 /// The findings where a third agent sends the list of every tenth of a second, edited.
-fn with_an_echo(edit: impl Fn(&mut Detection)) -> Vec<v2x_fusion_hub::diagnosis::Finding> {
+fn with_an_echo(edit: impl Fn(&mut Detection)) -> Vec<Finding> {
     let at = |ms: i64| Timestamp::EPOCH + Span::from_millis(START_MS + ms);
     let agent = |name: &str| AgentId::new(name).expect("a name");
     let mut core = Core::new(HubSettings::default(), Engine::new);

@@ -30,12 +30,13 @@ fn velocities_in_other_units_and_along_other_axes_are_named_and_right_ones_are_n
     type Write = fn([f64; 2], &Pose, f64) -> [f64; 2];
     let right: Write = |velocity, _, _| velocity;
     assert_eq!(found(|frame| report(frame, right)), []);
-    let cases: [(&str, Write); 6] = [
+    let cases: [(&str, Write); 7] = [
         ("km/h", |velocity, _, _| velocity.map(|one| 3.6 * one)),
         ("miles per hour", |velocity, _, _| velocity.map(|one| one / 0.447_04)),
         ("along the axes of its sensor", |velocity, pose, _| turned(velocity, -pose.yaw)),
         ("along and across its boxes", |velocity, _, yaw| turned(velocity, -yaw)),
         ("the other way round", |[x, y], _, _| [-x, -y]),
+        ("speeds and directions of motion", |[x, y], _, _| [libm::hypot(x, y), libm::atan2(y, x)]),
         ("the wrong way round in x and y", |[x, y], _, _| [y, x]),
     ];
     for (words, write) in cases {

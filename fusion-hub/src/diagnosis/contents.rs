@@ -20,6 +20,8 @@ pub(super) struct Contents {
     /// Frames with other detections than the one before, under its number: of its time too, and of another one.
     pub(super) parts: u64,
     pub(super) uncounted: u64,
+    /// Frames with other detections than the one before, of its time and under another number.
+    pub(super) split: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +57,9 @@ impl Contents {
             self.parts += u64::from(is_of_one_time);
             self.uncounted += u64::from(!is_of_one_time && seen.reported.has_sequence);
         }
+        self.split += u64::from(
+            before.number.0 == now.number.0 && before.number != now.number && is_of_one_time && !is_same,
+        );
         // The same frame sent twice is no new one.
         if is_of_one_time {
             return;

@@ -64,6 +64,8 @@ pub enum Code {
     Feedback,
     /// Detections that are those of another agent.
     Copy,
+    /// Tracks of its own that are not those of objects.
+    SourceTracks,
     /// No detection in any frame.
     SeesNothing,
     /// Positions further from the sensor than any sees.
@@ -106,6 +108,8 @@ pub enum Code {
     Missing,
     /// No agent sends anything.
     NoAgents,
+    /// No object is published, though agents report some that last.
+    NothingFused,
     /// No hub serves the network: nobody fuses its frames.
     NoHub,
     /// What a hub says is of an earlier time.
@@ -136,6 +140,7 @@ impl Code {
                 | Self::WrongNetwork
                 | Self::InvalidName
                 | Self::NoAgents
+                | Self::NothingFused
                 | Self::NoHub
                 | Self::Outdated
                 | Self::Overload

@@ -4,7 +4,8 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `writing`, `sizes`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind.
+//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
+//!   `steps`: an agent's own detections, followed over three frames.
 //! - `judge`: what they mean, in words.
 
 mod alignment;
@@ -16,8 +17,10 @@ mod finding;
 mod headings;
 mod judge;
 mod observation;
+mod own_tracks;
 mod sizes;
 mod speeds;
+mod steps;
 mod streams;
 mod survey;
 mod velocities;

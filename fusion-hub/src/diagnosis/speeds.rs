@@ -1,23 +1,16 @@
 //! How fast an agent says that things move, against how fast they do by its own detections, whatever the directions.
 //!
-//! A detection that has one before it and one after it, in a straight line and at one speed, is of one object that moves. Only such ones
-//! are counted: in a row of parked cars, of which each is missed at times, the nearest one is another car, but not twice in a row.
+//! Only detections that have one before them and one after them, in a straight line and at one speed, are counted ([`steps`]).
 
 use super::observation::Observation;
-use v2x_common::detection::{Detection, DetectionFrame};
+use super::steps;
+use v2x_common::detection::DetectionFrame;
 use v2x_common::time::Span;
 
 /// Frames so far apart are compared.
 const APART: (Span, Span) = (Span::from_millis(250), Span::from_millis(900));
-/// What is this fast by its places moves, m/s; nothing is faster.
+/// What is this fast by its places moves, m/s.
 const MOVING_MPS: f64 = 5.0;
-const FASTEST_MPS: f64 = 45.0;
-/// The next one must be so many times as far as the nearest one, and so much further, m.
-const CLEAR_TIMES: f64 = 1.5;
-const CLEAR_M: f64 = 2.0;
-/// Both steps have one velocity within such a share of it, and this, m/s.
-const STEADY_SHARE: f64 = 0.3;
-const STEADY_MPS: f64 = 1.5;
 /// Most detections of a frame that are looked at, and values that are kept.
 const MAX_DETECTIONS: usize = 48;
 const MAX_RATIOS: usize = 96;
@@ -71,20 +64,21 @@ impl Speeds {
     }
 
     fn compare(&mut self, now: &DetectionFrame) {
-        let (Some(before), Some(last)) = (&self.before, &self.last) else { return };
+        let (Some(before), Some(last)) = (self.before.as_deref(), self.last.as_deref()) else { return };
         let since_s =
             |from: &DetectionFrame, to: &DetectionFrame| (to.captured_at - from.captured_at).as_secs_f64();
         let steps_s = [since_s(before, last), since_s(last, now)];
-        for one in last.detections.iter().take(MAX_DETECTIONS) {
+        let places = [before, last, now].map(places);
+        for (k, one) in last.detections.iter().enumerate().take(MAX_DETECTIONS) {
             let Some(said) = &one.velocity else { continue };
-            let was = counterpart(one, (last, before), steps_s[0]);
-            let Some((was, is)) = was.zip(counterpart(one, (last, now), steps_s[1])) else { continue };
-            if let Some(velocity) = steady([was, one, is].map(|one| [one.bev.x, one.bev.y]), steps_s) {
-                let squared = velocity[0] * velocity[0] + velocity[1] * velocity[1];
-                let along = (said.x * velocity[0] + said.y * velocity[1]) / squared;
-                if along.is_finite() && self.ratios.len() < MAX_RATIOS {
-                    self.ratios.push(along);
-                }
+            let velocity = steps::velocity(k, places.each_ref().map(|one| &one[..]), steps_s);
+            let Some(velocity) = velocity.filter(|[x, y]| libm::hypot(*x, *y) >= MOVING_MPS) else {
+                continue;
+            };
+            let squared = velocity[0] * velocity[0] + velocity[1] * velocity[1];
+            let along = (said.x * velocity[0] + said.y * velocity[1]) / squared;
+            if along.is_finite() && self.ratios.len() < MAX_RATIOS {
+                self.ratios.push(along);
             }
         }
     }
@@ -107,40 +101,7 @@ impl Speeds {
     }
 }
 
-/// The one detection of another frame that can be of the same object: the nearest, by far, and the other way round.
-fn counterpart<'a>(
-    one: &Detection,
-    (own, other): (&DetectionFrame, &'a DetectionFrame),
-    passed_s: f64,
-) -> Option<&'a Detection> {
-    let found = nearest(one, other, passed_s)?;
-    let back = nearest(found, own, passed_s)?;
-    (back.bev == one.bev).then_some(found)
-}
-
-/// The nearest detection within reach, where the next one is much further.
-fn nearest<'a>(one: &Detection, among: &'a DetectionFrame, passed_s: f64) -> Option<&'a Detection> {
-    let mut best: [Option<(f64, &Detection)>; 2] = [None; 2];
-    for other in among.detections.iter().take(MAX_DETECTIONS) {
-        let apart_m = libm::hypot(other.bev.x - one.bev.x, other.bev.y - one.bev.y);
-        if best[0].is_none_or(|(least_m, _)| apart_m < least_m) {
-            best = [Some((apart_m, other)), best[0]];
-        } else if best[1].is_none_or(|(second_m, _)| apart_m < second_m) {
-            best[1] = Some((apart_m, other));
-        }
-    }
-    let (least_m, found) = best[0]?;
-    let is_clear = best[1]
-        .is_none_or(|(second_m, _)| second_m >= CLEAR_TIMES * least_m && second_m >= least_m + CLEAR_M);
-    (is_clear && least_m <= FASTEST_MPS * passed_s).then_some(found)
-}
-
-/// The velocity of what was at three places, m/s; `None` of what does not move, or not steadily.
-fn steady(places: [[f64; 2]; 3], steps_s: [f64; 2]) -> Option<[f64; 2]> {
-    let step = |k: usize| [0, 1].map(|axis| (places[k + 1][axis] - places[k][axis]) / steps_s[k]);
-    let (first, second) = (step(0), step(1));
-    let whole = [0, 1].map(|axis| (places[2][axis] - places[0][axis]) / (steps_s[0] + steps_s[1]));
-    let speed = libm::hypot(whole[0], whole[1]);
-    let differ = libm::hypot(first[0] - second[0], first[1] - second[1]);
-    (speed >= MOVING_MPS && differ <= STEADY_SHARE * speed + STEADY_MPS).then_some(whole)
+/// Where its detections are, m.
+fn places(frame: &DetectionFrame) -> Vec<[f64; 2]> {
+    frame.detections.iter().take(MAX_DETECTIONS).map(|one| [one.bev.x, one.bev.y]).collect()
 }

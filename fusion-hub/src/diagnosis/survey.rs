@@ -71,6 +71,7 @@ impl Survey {
         agent.fed_back += u64::from(self.published.has_made(seen));
         agent.writing.note(seen);
         agent.sizes.note(seen);
+        agent.own_tracks.note(seen);
         if let Some(of_whom) = self.places.note(seen) {
             *agent.copied.entry(of_whom).or_default() += 1;
         }
@@ -104,13 +105,15 @@ impl Survey {
 
     /// Takes in a list that is published.
     pub fn note_list(&mut self, list: &FusedFrame) {
+        self.current.lists += 1;
+        self.current.lists_with_objects += u64::from(!list.objects.is_empty());
         if self.moving.at().is_none_or(|at| (list.fused_at - at).abs() >= LISTS_APART) {
             self.moving.note(list);
             self.published.note(list);
         }
     }
 
-    /// Judges what was gathered, a whole window where there is one. To be called about once a second.
+    /// Judges what was gathered, a whole window where there is one. To be called about twice a second.
     pub fn diagnose(&mut self, around: &Surroundings<'_>, now: Timestamp) {
         if self.current.since.is_none() {
             self.current.begin(around, now);

@@ -44,9 +44,14 @@ pub(super) enum Reading {
     Exchanged,
     /// y points south.
     Mirrored,
+    /// The speed, and the direction of motion in radians.
+    Polar,
+    /// The same in degrees.
+    PolarDegrees,
 }
 
-const READINGS: [Reading; 8] = [
+/// Of those that explain as much, the last one is taken.
+const READINGS: [Reading; 10] = [
     Reading::KilometresPerHour,
     Reading::MilesPerHour,
     Reading::SensorAxes,
@@ -55,6 +60,8 @@ const READINGS: [Reading; 8] = [
     Reading::Opposite,
     Reading::Exchanged,
     Reading::Mirrored,
+    Reading::PolarDegrees,
+    Reading::Polar,
 ];
 
 /// A reported detection.
@@ -90,6 +97,9 @@ impl Reading {
             Self::Opposite => [-x, -y],
             Self::Exchanged => [y, x],
             Self::Mirrored => [x, -y],
+            // A speed is never negative.
+            Self::Polar => turned([(x >= 0.0).then_some(x)?, 0.0], y),
+            Self::PolarDegrees => turned([(x >= 0.0).then_some(x)?, 0.0], y.to_radians()),
         })
     }
 }

@@ -2,9 +2,11 @@
 
 use super::alignment::Snapshots;
 use super::alignment::fit::{Fit, fit};
+use super::alignment::sizes::{Ratio, ratio};
 use super::arrivals::Arrivals;
 use super::contents::Contents;
 use super::headings::Headings;
+use super::own_tracks::OwnTracks;
 use super::sizes::Sizes;
 use super::speeds::Speeds;
 use super::streams::Streams;
@@ -81,6 +83,7 @@ pub(super) struct AgentSurvey {
     pub(super) velocities: Velocities,
     pub(super) speeds: Speeds,
     pub(super) sizes: Sizes,
+    pub(super) own_tracks: OwnTracks,
     /// Frames that are those of another agent, by whose.
     pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.
@@ -138,6 +141,11 @@ pub(super) struct Window {
     pub(super) agents: BTreeMap<AgentId, AgentSurvey>,
     pub(super) snapshots: Snapshots,
     pub(super) fits: BTreeMap<[AgentId; 2], Fit>,
+    /// Of pairs that share enough vehicles, how large each says that they are.
+    pub(super) sizes: BTreeMap<[AgentId; 2], Ratio>,
+    /// Lists that were published, and those with an object.
+    pub(super) lists: u64,
+    pub(super) lists_with_objects: u64,
     /// Pairs to compare, and how many of them are left: the last ones are the first to be compared.
     pub(super) pairs: Vec<[AgentId; 2]>,
     pub(super) n_to_fit: usize,
@@ -193,6 +201,9 @@ impl Window {
             let snapshots = self.snapshots.of(pair);
             let found = fit(&snapshots);
             tracing::debug!(?pair, snapshots = snapshots.len(), ?found, "compared");
+            if let Some(ratio) = ratio(&snapshots, &found) {
+                self.sizes.insert(*pair, ratio);
+            }
             self.fits.insert(*pair, found);
         }
         self.n_to_fit == 0

@@ -52,10 +52,16 @@ pub(super) struct Writing {
     middles: Vec<([f64; 2], usize)>,
     /// Stated standard deviations of positions, m: their sum and number.
     sigma: (f64, u64),
+    /// Frames whose sensor's pose is turned by more than a whole turn, and the last such heading, rad.
+    pub(super) turned_poses: u64,
+    pub(super) turned_pose_rad: f64,
     pub(super) yaw: YawConvention,
     pub(super) sizes_swapped: bool,
     pub(super) time_offset: Span,
 }
+
+/// A whole turn, with a margin for rounding, rad.
+const A_TURN_RAD: f64 = 6.3;
 
 impl Writing {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
@@ -66,6 +72,10 @@ impl Writing {
         self.without_sigma += seen.reported.without_sigma;
         self.sigma_is_set = seen.reported.sigma_is_set;
         self.is_json = seen.reported.is_json;
+        if seen.reported.pose_yaw.abs() > A_TURN_RAD {
+            self.turned_poses += 1;
+            self.turned_pose_rad = seen.reported.pose_yaw;
+        }
         (self.yaw, self.sizes_swapped) = (seen.reported.yaw, seen.reported.sizes_swapped);
         self.time_offset = seen.reported.time_offset;
         let sigma = detections.iter().map(|one| one.covariance.position);

@@ -1,5 +1,6 @@
 //! Why a frame is not taken.
 
+use v2x_common::duration::in_words;
 use v2x_common::id::{AgentId, MapFrame};
 use v2x_common::time::{Span, StampUnit, Timestamp};
 use v2x_common::wire::WireError;
@@ -27,7 +28,7 @@ pub enum Refusal {
         hub: MapFrame,
     },
     /// Measured longer ago than Δmax by the hub's clock.
-    #[error("captured {age} before the hub's time: too late")]
+    #[error("captured {} before the hub's time: too late", words(*.age))]
     TooLate {
         /// How long ago.
         age: Span,
@@ -42,13 +43,13 @@ pub enum Refusal {
     #[error("this hub listens to others only (hub.only_agents)")]
     NotListenedTo,
     /// Measured further in the future than Δmax by the hub's clock.
-    #[error("captured {ahead} ahead of the hub's time: too early; is the agent's clock set?")]
+    #[error("captured {} ahead of the hub's time: too early; is the agent's clock set?", words(*.ahead))]
     TooEarly {
         /// How far ahead.
         ahead: Span,
     },
     /// Captured far from the hub's time, as by a clock of another unit or epoch.
-    #[error("captured {} {} the hub's time: {cause}", .off.abs(), if *.off < Span::ZERO { "before" } else { "ahead of" })]
+    #[error("captured {} {} the hub's time: {cause}", words(.off.abs()), if *.off < Span::ZERO { "before" } else { "ahead of" })]
     WrongTimeUnit {
         /// Capture time less the hub's time.
         off: Span,
@@ -111,6 +112,10 @@ pub enum Refusal {
         /// How many are allowed.
         limit: usize,
     },
+}
+
+fn words(span: Span) -> String {
+    in_words(span.as_secs_f64())
 }
 
 impl Refusal {

@@ -264,7 +264,7 @@ impl Core {
         self.names.count()
     }
 
-    /// Judges what is wrong with the agents. To be called about once a second.
+    /// Judges what is wrong with the agents. To be called about twice a second.
     pub fn diagnose(&mut self, tokens: &Tokens, now: Timestamp) {
         self.survey.diagnose(&Surroundings { engine: &self.engine, tokens, source: Source::Network }, now);
     }

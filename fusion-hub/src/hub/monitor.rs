@@ -14,7 +14,7 @@ const JOINS_WITHIN: Span = Span::from_millis(60_000);
 const MISSED_LISTS: i64 = 3;
 const MISSED_AFTER: Span = Span::from_millis(2_500);
 
-/// Where a hub shows itself once a second. Clones are the same place.
+/// Where a hub shows itself twice a second. Clones are the same place.
 #[derive(Clone, Debug, Default)]
 pub struct Monitor(Arc<Mutex<Option<Arc<Snapshot>>>>);
 

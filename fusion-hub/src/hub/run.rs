@@ -44,9 +44,9 @@ mod following;
 mod liveliness;
 mod own_status;
 
-/// How often the statistics of the agents are checked.
-const CHECK_INTERVAL: Duration = Duration::from_secs(1);
-/// A hub whose loop takes no step for so long did not run: it takes one a second by itself.
+/// How often the statistics of the agents are checked: each time one pair of agents is compared, of up to twenty in ten seconds.
+const CHECK_INTERVAL: Duration = Duration::from_millis(500);
+/// A hub whose loop takes no step for so long did not run: it takes two a second by itself.
 const HELD_UP: Span = Span::from_millis(2_000);
 /// A list that is due waits for so long at most for the frames that are there.
 const DRAINED_FOR: Span = Span::from_millis(5);
@@ -62,7 +62,7 @@ pub struct HubSetup {
     pub session: SessionOptions,
     /// The recording that it writes itself, if any: file and options.
     pub record: Option<(PathBuf, RecordingOptions)>,
-    /// Where it shows itself once a second, if anywhere.
+    /// Where it shows itself twice a second, if anywhere.
     pub monitor: Option<Monitor>,
     /// How often this process has begun again because Zenoh's code was broken.
     pub began_again: u32,

@@ -238,6 +238,7 @@ fn to_frame(
     let mut reported = Reported { is_json: true, ..Reported::by(conventions, json.sequence.is_some()) };
     let pose = json.sensor_pose.as_ref().map(|pose| Pose { x: pose.x, y: pose.y, yaw: pose.yaw });
     let conversion = conventions.conversion(pose)?;
+    reported.pose_yaw = pose.map_or(0.0, |pose| conversion.heading(pose.yaw));
     let detections = json.detections.iter().map(|detection| {
         let class = conventions.class(&detection.class).unwrap_or_else(|| {
             unmapped_classes.add(&detection.class);

@@ -43,6 +43,10 @@ DESCRIPTION_INTERVAL_S = 1.0
 #: Lists that wait for a consumer that is slow; the oldest are dropped, and counted.
 MAX_WAITING = 64
 
+#: Stamps of today are larger, ns: what is smaller is of another unit.
+_FIRST_STAMP = 10**17
+_ENDPOINT = re.compile(r"[a-z_-]+/.+")
+
 T = TypeVar("T")
 _NAME = re.compile(r"[A-Za-z0-9_.:-]{1,32}")
 
@@ -57,6 +61,9 @@ class _Client:
     def __init__(self, network: str, connect: str | Sequence[str], config: zenoh.Config | None, patience_s: float) -> None:
         _check_name("network", network)
         endpoints = [connect] if isinstance(connect, str) else list(connect)
+        for endpoint in endpoints if config is None else ():
+            if not _ENDPOINT.fullmatch(endpoint):
+                raise ValueError(f"connect is {endpoint!r}, expected an endpoint such as {DEFAULT_ENDPOINT!r}")
         if config is None:
             config = zenoh.Config()
             config.insert_json5("mode", '"client"')
@@ -155,9 +162,16 @@ class Agent(_Client):
         number that is none (a float as a time, NaN as a position) is a `TypeError` or a `ValueError` that names it; in an array
         NaN is what is not known, but for x and y.
         """
+        if isinstance(detections, Detection):
+            raise TypeError(f"detections is {detections!r}, expected a list of them")
         listed = detections_of(detections) if isinstance(detections, np.ndarray) else tuple(detections)
         at = time.time_ns() if captured_at is None else captured_at
         revision = 0 if self._description is None else self._description.revision
+        if isinstance(at, (int, np.integer)) and 0 <= at < _FIRST_STAMP:
+            raise ValueError(
+                f"captured_at is {at}, expected nanoseconds since 1970, such as time.time_ns(): by these it is of 1970 to 1973; "
+                "is it in microseconds or seconds, or of a clock of its own?"
+            )
         frame = DetectionFrame(at, listed, self.name, self.epoch, 0, sensor_pose, revision, map_frame)
         # What is refused here has no number: it would be missing at the hub.
         frame.check()

@@ -40,6 +40,11 @@ def _integer(name: str, value: Any, meaning: str, bits: int = 64) -> None:
         raise ValueError(f"{name} is {value!r}, expected an integer {meaning}, from 0 to 2^{bits} - 1")
 
 
+def _of_kind(name: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} is {value!r}, expected a v2x.messages.{kind.__name__}")
+
+
 def _all_numbers(prefix: str, json: Any) -> None:
     """Every number of a message."""
     for name, value in json.items():
@@ -137,8 +142,9 @@ class Detection:
         for field_name in ("w", "d", "yaw", "score"):
             if getattr(self, field_name) is not None:
                 _number(f"{name}.{field_name}", getattr(self, field_name))
-        for of_name, of in (("sigma", self.sigma), ("velocity", self.velocity)):
+        for of_name, of, kind in (("sigma", self.sigma, Sigma), ("velocity", self.velocity, Velocity)):
             if of is not None:
+                _of_kind(f"{name}.{of_name}", of, kind)
                 _numbers(f"{name}.{of_name}", of)
         if self.source_track is not None:
             _integer(f"{name}.source_track", self.source_track, "that names a track")
@@ -188,8 +194,10 @@ class DetectionFrame:
                 _integer(name, getattr(self, name), "that counts")
         _integer("sensor_revision", self.sensor_revision, "that counts", 32)
         if self.sensor_pose is not None:
+            _of_kind("sensor_pose", self.sensor_pose, Pose)
             _numbers("sensor_pose", self.sensor_pose)
         for n, one in enumerate(self.detections):
+            _of_kind(f"detections[{n}]", one, Detection)
             one.check(f"detections[{n}]")
 
     def to_json(self) -> Json:
@@ -237,6 +245,8 @@ class DetectionFrame:
 
 def detections_of(array: npt.NDArray[np.void]) -> tuple[Detection, ...]:
     """The detections of an array of `v2x.DETECTION`."""
+    if array.dtype.names != DETECTION.names:
+        raise TypeError(f"detections is an array of {array.dtype}, expected one of v2x.DETECTION: v2x.detections(…) makes it")
 
     def detection(row: np.void) -> Detection:
         values: dict[str, Any] = {

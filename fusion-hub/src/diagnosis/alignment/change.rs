@@ -11,6 +11,8 @@ pub(in crate::diagnosis) enum Change {
     Rigid(Rigid),
     /// They were given from the sensor's pose.
     FromSensor(Axes),
+    /// They were given from the sensor's place, along the axes of the map.
+    FromPlace,
     /// The sensor's pose was applied twice.
     PoseTwice,
     /// They were given from the sensor's pose with other axes, and mapped as if with ours.
@@ -127,7 +129,7 @@ impl Axes {
 }
 
 /// All changes that are no small ones; of those that explain as much, the last one is taken.
-pub(in crate::diagnosis) const LARGE: [Change; 28] = [
+pub(in crate::diagnosis) const LARGE: [Change; 29] = [
     Change::InUnitAboutSensor(Unit::Foot),
     Change::InUnitAboutSensor(Unit::Decimetre),
     Change::InUnitAboutSensor(Unit::Millimetre),
@@ -144,6 +146,7 @@ pub(in crate::diagnosis) const LARGE: [Change; 28] = [
     Change::PoseIs(WrongPose::XOpposite),
     Change::PoseIs(WrongPose::Opposite),
     Change::PoseIs(WrongPose::Exchanged),
+    Change::FromPlace,
     Change::FromSensor(Axes::Ours),
     Change::FromSensor(Axes::SecondReversed),
     Change::FromSensor(Axes::RightAhead),
@@ -175,6 +178,10 @@ impl Change {
             Self::FromSensor(axes) => {
                 let pose = sighting.pose?;
                 moved(&|spot| offset(pose, axes.ours(spot.at)))
+            }
+            Self::FromPlace => {
+                let pose = sighting.pose?;
+                moved(&|spot| [spot.at[0] + pose.x, spot.at[1] + pose.y])
             }
             Self::PoseTwice => {
                 let pose = sighting.pose?;
@@ -240,7 +247,7 @@ mod tests {
     #[test]
     fn what_undoes_a_mapping_gives_the_places_back() {
         let pose = Pose { x: 30.0, y: -5.0, yaw: 0.7 };
-        let place = |at| Spot { at, velocity: [0.0, 0.0], variance: 0.1 };
+        let place = |at| Spot { at, velocity: [0.0, 0.0], variance: 0.1, size: None };
         let is_at = |change: Change, given: [f64; 2], expected: [f64; 2]| {
             let moved = change.apply(&Sighting::new(Some(pose), vec![place(given)])).unwrap()[0].at;
             assert!((0..2).all(|axis| (moved[axis] - expected[axis]).abs() < 1e-9), "{change:?}: {moved:?}");

@@ -194,10 +194,10 @@ fn beginnings(snapshots: &[Snapshot]) -> Vec<Rigid> {
 
 /// The shift that most pairs of detections have, by a grid; m.
 fn shift(snapshots: &[Snapshot]) -> Option<[f64; 2]> {
-    const REACH_M: f64 = 12.0;
-    const N: usize = 25;
+    const REACH_M: f64 = 30.0;
+    const N: usize = 61;
     let cell = |by_m: f64| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 24")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 60")]
         (by_m.abs() <= REACH_M).then(|| libm::round(by_m + REACH_M) as usize)
     };
     let mut counts = vec![0_u32; N * N];
@@ -209,7 +209,7 @@ fn shift(snapshots: &[Snapshot]) -> Option<[f64; 2]> {
         }
     }
     let (peak, count) = counts.iter().enumerate().max_by_key(|(_, count)| **count)?;
-    #[expect(clippy::cast_precision_loss, reason = "0 to 24")]
+    #[expect(clippy::cast_precision_loss, reason = "0 to 60")]
     let metres = |cell: usize| cell as f64 - REACH_M;
     (*count > 0).then(|| [metres(peak % N), metres(peak / N)])
 }

@@ -7,12 +7,16 @@ pub(super) mod change;
 pub(super) mod fit;
 mod pairs;
 mod scale;
+pub(super) mod sizes;
 mod squares;
 
 use super::headings::Moving;
 use super::observation::Observation;
+use super::steps;
 use pairs::Place;
 use std::collections::BTreeMap;
+use v2x_common::class::ClassGroup;
+use v2x_common::detection::Detection;
 use v2x_common::geometry::Pose;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
@@ -26,6 +30,10 @@ const MAX_ALL_SIGHTINGS: usize = 2048;
 const MAX_SNAPSHOTS: usize = 48;
 const ENOUGH_SPOTS: usize = 400;
 const APART: Span = Span::from_millis(300);
+/// Fewest frames with one before and one after them that say how much lasts.
+const MIN_FOLLOWED: usize = 6;
+/// Frames of one agent so far apart are those before and after each other.
+const FOLLOWED: (Span, Span) = (Span::from_millis(250), Span::from_millis(900));
 /// Detections of a frame that are kept.
 const MAX_SPOTS: usize = 32;
 
@@ -45,6 +53,8 @@ pub(super) struct Spot {
     pub(super) velocity: [f64; 2],
     /// Variance of the position, m².
     pub(super) variance: f64,
+    /// Width and depth of a vehicle, m; `None` of other things, and where it is not given.
+    pub(super) size: Option<[f64; 2]>,
 }
 
 /// One agent's detections of one time.
@@ -87,6 +97,23 @@ impl Snapshots {
         pairs::choose(&places, before)
     }
 
+    /// How many detections of a frame of an agent are there in the frames before and after it, too, in the mean: objects, and no
+    /// clutter. Zero where frames are too few or too far apart to say so.
+    #[expect(clippy::cast_precision_loss, reason = "some thousand at most")]
+    pub(super) fn lasting(&self, agent: &AgentId) -> f64 {
+        let mut all: Vec<_> = self.of_agents.get(agent).into_iter().flatten().collect();
+        all.sort_by_key(|sighting| sighting.captured_at);
+        let (mut frames, mut lasting) = (0_usize, 0_usize);
+        for three in all.windows(3) {
+            let Some((places, steps_s)) = places_and_steps([three[0], three[1], three[2]]) else { continue };
+            let places = places.each_ref().map(|one| &one[..]);
+            frames += 1;
+            lasting +=
+                (0..places[1].len()).filter(|n| steps::velocity(*n, places, steps_s).is_some()).count();
+        }
+        if frames < MIN_FOLLOWED { 0.0 } else { lasting as f64 / frames as f64 }
+    }
+
     /// Whether some of what an agent sees moves.
     pub(super) fn has_motion(&self, agent: &AgentId) -> bool {
         let spots = self.of_agents.get(agent).into_iter().flatten().flat_map(|sighting| &sighting.spots);
@@ -101,16 +128,16 @@ impl Snapshots {
     /// Frames of two agents that were captured at one time.
     pub(super) fn of(&self, [first, second]: &[AgentId; 2]) -> Vec<Snapshot> {
         let of_agent = |agent| {
-            let mut all: Vec<_> = self.of_agents.get(agent).into_iter().flatten().collect();
-            all.sort_by_key(|sighting: &&Sighting| sighting.captured_at);
+            let mut all: Vec<Sighting> = self.of_agents.get(agent).cloned().unwrap_or_default();
+            all.sort_by_key(|sighting| sighting.captured_at);
             all
         };
         let (firsts, seconds) = (of_agent(first), of_agent(second));
         let (mut snapshots, mut spots): (Vec<Snapshot>, usize) = (Vec::new(), 0);
-        for sighting in firsts {
+        for sighting in &firsts {
             let is_later =
                 snapshots.last().is_none_or(|[last, _]| sighting.captured_at - last.captured_at >= APART);
-            let off = |theirs: &&&Sighting| (theirs.captured_at - sighting.captured_at).abs();
+            let off = |theirs: &&Sighting| (theirs.captured_at - sighting.captured_at).abs();
             let theirs = seconds.iter().min_by_key(off).filter(|theirs| off(theirs) <= AT_ONE_TIME);
             if let Some(theirs) = theirs.filter(|_| is_later) {
                 spots += sighting.spots.len();
@@ -122,6 +149,23 @@ impl Snapshots {
         }
         snapshots
     }
+}
+
+/// Where three frames have their detections (m), and the times between them (s); `None` where they are not one after the other.
+fn places_and_steps(three: [&Sighting; 3]) -> Option<([Vec<[f64; 2]>; 3], [f64; 2])> {
+    let steps = [0, 1].map(|step| three[step + 1].captured_at - three[step].captured_at);
+    let are_near = steps.iter().all(|step| (FOLLOWED.0..=FOLLOWED.1).contains(step));
+    let places = |one: &Sighting| one.spots.iter().map(|spot| spot.at).collect();
+    are_near.then(|| (three.map(places), steps.map(Span::as_secs_f64)))
+}
+
+/// The size that is given of a vehicle, m. One that is exactly that of its class stands where none was given.
+fn size(one: &Detection) -> Option<[f64; 2]> {
+    let (w, d) = (one.bev.w, one.bev.d);
+    let (of_class_w, of_class_d) = one.class.typical_size();
+    let is_given = w.total_cmp(&of_class_w).is_ne() && d.total_cmp(&of_class_d).is_ne();
+    let is_vehicle = one.class.group() == ClassGroup::FourWheeled;
+    (is_vehicle && is_given && w.is_finite() && d.is_finite() && w > 0.0 && d > 0.0).then_some([w, d])
 }
 
 /// Where an agent is, and where the objects are that it reports.
@@ -142,8 +186,13 @@ impl Sighting {
             // Where no object is near, as its clock is off by far, it moves as the detection says.
             let reported = || one.velocity.map(|velocity| [velocity.x, velocity.y]);
             let fused = moving.velocity_at(at, frame.captured_at, MOVED_M);
-            let velocity = fused.or_else(reported).unwrap_or_default();
-            Spot { at, velocity, variance: f64::midpoint(position.xx, position.yy) }
+            let velocity = fused.or_else(reported);
+            Spot {
+                at,
+                velocity: velocity.unwrap_or_default(),
+                variance: f64::midpoint(position.xx, position.yy),
+                size: size(one),
+            }
         });
         let is_place = |spot: &Spot| {
             let of_place = spot.at.iter().chain(&spot.velocity);
@@ -178,8 +227,12 @@ mod tests {
     fn what_stands_does_not_move_though_its_first_velocities_are_noise() {
         let agent = AgentId::new("a").unwrap();
         let has_motion = |speeds: &[f64]| {
-            let spots =
-                speeds.iter().map(|speed| Spot { at: [0.0; 2], velocity: [0.0, *speed], variance: 1.0 });
+            let spots = speeds.iter().map(|speed| Spot {
+                at: [0.0; 2],
+                velocity: [0.0, *speed],
+                variance: 1.0,
+                size: None,
+            });
             let seen = vec![Sighting::new(None, spots.collect())];
             Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent)
         };

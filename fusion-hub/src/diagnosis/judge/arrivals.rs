@@ -3,6 +3,7 @@
 use super::super::finding::{Code, Finding};
 use super::contents;
 use super::one::{MIN_VALUES, One};
+use v2x_common::duration::in_words;
 use v2x_common::time::Span;
 
 /// Frames that arrive earlier than this before their capture: clocks are not read more exactly.
@@ -18,6 +19,8 @@ const RIGHT_S: f64 = 0.08;
 const WRONG_S: f64 = 0.15;
 /// The largest correction that a hub takes.
 const MOST_OFFSET: Span = Span::from_millis(60_000);
+/// What is further behind is of another day.
+const A_DAY: Span = Span::from_millis(86_400_000);
 /// A clock error that objects show is the cause of a delay from this share on.
 const CAUSE_SHARE: f64 = 0.5;
 /// Shares of missing frames from which they are reported, and from which they are a fault.
@@ -117,9 +120,23 @@ fn clock(one: &One<'_>, ClockByObjects { behind_s, agrees }: ClockByObjects) -> 
     })
 }
 
+/// As people say it.
+fn ms(span: Span) -> String {
+    in_words(span.as_secs_f64())
+}
+
 /// What to do about a clock that is behind by so much.
 fn set_clock(one: &One<'_>, behind: Span) -> String {
     let set = one.words("Set its clock (chrony, PTP)", "Correct its times in the column t");
+    if behind > A_DAY {
+        return format!(
+            "{set}; {}",
+            one.words(
+                "is it a recording that is sent again? `v2x replay` gives it times of today, and so has whoever sends one",
+                "are they of another day?"
+            )
+        );
+    }
     if behind.abs() > MOST_OFFSET {
         return format!(
             "{set}; {}",
@@ -135,11 +152,6 @@ fn set_clock(one: &One<'_>, behind: Span) -> String {
         format!(" in place of {:.0}", before.as_millis_f64())
     };
     format!("{set}, or write {setting}{instead}")
-}
-
-/// Whole milliseconds.
-fn ms(span: Span) -> String {
-    format!("{:.0} ms", span.as_millis_f64())
 }
 
 /// Stamps that are ahead, of objects that are there then.

@@ -81,6 +81,10 @@ fn velocities(one: &One<'_>) -> Option<Finding> {
         Reading::Opposite => ("the other way round", ": what moves away from the origin has that sign"),
         Reading::Exchanged => ("the wrong way round in x and y", ""),
         Reading::Mirrored => ("mirrored: y points south", ""),
+        Reading::Polar | Reading::PolarDegrees => (
+            "speeds and directions of motion",
+            ": x is the speed times the cosine of the direction, y the speed times its sine",
+        ),
     };
     let says = format!("its velocities are {what}: so {explained} of {n} are where its next frames see them");
     let send = one.words("Send `velocity` in m/s", "Write the columns vx and vy in m/s");

@@ -16,6 +16,11 @@ const EXACT_M: f64 = 0.02;
 const EXACT_NIS: f64 = 0.25;
 /// So many messages of one time, beyond the first, are parts of what was seen: two may be of two processes.
 const PARTS: u64 = 3;
+/// So many of each time, beyond the first, under numbers of their own.
+const SPLIT_SHARE: f64 = 0.7;
+/// Tracks of its own that are back, and the share of them that are too far from where they were.
+const MIN_TRACKS: u64 = 50;
+const JUMPED_SHARE: f64 = 0.1;
 /// Share of frames under the number of another one from which numbers are wrong.
 const NUMBERS_SHARE: f64 = 0.1;
 
@@ -23,7 +28,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     if one.survey.arrivals.is_one_stamp() {
         return Vec::new();
     }
-    [numbers(one), repetition(one), feedback(one)].into_iter().flatten().collect()
+    [numbers(one), repetition(one), feedback(one), source_tracks(one)].into_iter().flatten().collect()
 }
 
 /// Frames with other detections under the number of the one before, of which only the first is taken.
@@ -38,6 +43,15 @@ pub(super) fn numbers(one: &One<'_>) -> Option<Finding> {
             contents.parts
         );
         let change = "Send all detections of one time in one message";
+        return Some(one.fault(Code::PartialFrames, says, change));
+    }
+    if is_often(contents.split) && contents.split as f64 >= SPLIT_SHARE * contents.times as f64 {
+        let says = format!(
+            "{} of {frames} frames have the time of the one before, and other detections: each holds a part of what was seen at one time, and \
+             is taken for all of it, so that the others deny what it reports",
+            contents.split
+        );
+        let change = "Send all detections of one time in one message; what several sensors see at one time under a name for each";
         return Some(one.fault(Code::PartialFrames, says, change));
     }
     is_often(contents.uncounted).then(|| {
@@ -69,6 +83,27 @@ fn repetition(one: &One<'_>) -> Option<Finding> {
         );
         let change = "Where reports are exact and nothing moves in its view, this is right; a sensor's reports vary";
         one.note(Code::Repetition, says, change)
+    })
+}
+
+/// Numbers of tracks that go from one object to another, such as places in a list.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn source_tracks(one: &One<'_>) -> Option<Finding> {
+    let tracks = &one.survey.own_tracks;
+    let is_often =
+        tracks.returned >= MIN_TRACKS && tracks.jumped as f64 >= JUMPED_SHARE * tracks.returned as f64;
+    is_often.then(|| {
+        let says = format!(
+            "its `source_track` goes from one object to another: {} of {} times the same number was back, it was further away than \
+             anything moves",
+            tracks.jumped, tracks.returned
+        );
+        let change = one.words(
+            "`source_track` is the number of a track that a tracker keeps on one object, and no place in a list; leave it out where there is none",
+            "The column source_track is the number of a track that a tracker keeps on one object, and no place in a list; leave it empty where \
+             there is none",
+        );
+        one.fault(Code::SourceTracks, says, change)
     })
 }
 

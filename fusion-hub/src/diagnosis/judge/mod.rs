@@ -1,19 +1,23 @@
 //! What the statistics mean, in words.
 
 mod arrivals;
+mod box_pairs;
 mod boxes;
 mod contents;
 mod headings;
+mod nothing;
 mod one;
 mod pairs;
 mod remedy;
 mod reports;
+mod stalls;
 mod writing;
 
 use super::alignment::change::{Change, Rigid};
 use super::alignment::fit::Fit;
 use super::finding::{Code, Finding};
 use super::window::{MAX_AGENTS, Surroundings, Window};
+use crate::engine::Refusal;
 use crate::registration::MAX_REGISTERED;
 use arrivals::ClockByObjects;
 use one::One;
@@ -52,13 +56,20 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
         headings: with(&HEADINGS),
         source: around.source,
     };
+    let sizes: Vec<_> = with(&[Code::Sizes, Code::SizesSwapped]);
     findings.extend(pairs::findings(window, &known));
+    findings.extend(box_pairs::findings(window, around.source, |agent| sizes.contains(agent)));
     findings.extend(contents::copies(window, around));
     drop_consequences(window, &mut findings);
     let findings = findings.into_iter().map(|one| no_accuracy_of_repetition(window, one));
     let findings = findings.map(|one| no_accuracy_unconfirmed(window, one));
     let mut findings: Vec<_> = findings.collect();
+    // Where it is known what is wrong, that is why.
+    if !findings.iter().any(Finding::is_fault) {
+        findings.extend(nothing::finding(window));
+    }
     merge_overload(window, &mut findings);
+    stalls::merge(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
 }
@@ -133,9 +144,17 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (has_one(agent, &[Code::PartialFrames, Code::Feedback, Code::Repetition])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Gaps))
             || (fed_back && SIGMAS.contains(&one.code))
+            // What cannot be read has no number.
+            || (one.code == Code::Gaps && cannot_be_read(window, agent))
             || (has_one(agent, &[Code::Overload]) && [Code::Gaps, Code::RateLow].contains(&one.code));
         !is_consequence
     });
+}
+
+/// Whether frames of an agent are refused before they are read.
+fn cannot_be_read(window: &Window, agent: AgentId) -> bool {
+    let refused = window.agents.get(&agent).into_iter().flat_map(|survey| survey.refused.values());
+    refused.into_iter().any(|(_, last)| matches!(last, Refusal::Malformed(_)))
 }
 
 /// What stands, and nobody else sees, is where its agent says each time: its positions repeat, and may be wrong by metres.

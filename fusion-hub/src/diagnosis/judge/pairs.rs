@@ -173,6 +173,14 @@ impl Pair {
                 ),
                 format!("{send} them in the map frame, or {}", setting("frame = \"ego\"")),
             ),
+            Change::FromPlace => (
+                Code::SensorFrame,
+                format!(
+                    "its positions are relative to the place of its sensor, along the axes of the map, and are read as in the map frame \
+                     {as_seen}"
+                ),
+                format!("{send} them in the map frame: add the x and y of its {}", source.words("`sensor_pose`", "sensor_x and sensor_y")),
+            ),
             Change::FromSensor(axes) => (
                 Code::SensorFrame,
                 format!(

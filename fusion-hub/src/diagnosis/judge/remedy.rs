@@ -8,6 +8,8 @@ const SCHEMA: &str = "Each field is described in `common/schemas/detection-frame
 /// The smallest frame with a detection.
 const SMALLEST: &str =
     r#"{"captured_at": 1790000000000000, "detections": [{"class": "car", "x": 10.0, "y": 5.0}]}"#;
+/// How the reader of JSON says that a name is in single quotes, or in none.
+const NO_QUOTED_KEY: &str = "key must be a string";
 /// Fields of positions in degrees, as other formats call them.
 const DEGREES: [&str; 5] = ["lat", "latitude", "lon", "lng", "longitude"];
 
@@ -71,11 +73,23 @@ fn of_json(words: &str) -> String {
             "`heading` says what is known of it: \"known\", \"axis\" or \"unknown\"; the angle is `yaw` (rad). {SCHEMA}"
         );
     }
+    if words.contains("in the value of `class`") {
+        return format!(
+            "`class` is a name as a text, such as \"car\"; other names than those of deploy/docs/wire.md are translated by `classes` for this agent in \
+             the hub's configuration. {SCHEMA}"
+        );
+    }
     if words.starts_with("invalid type")
         || words.starts_with("invalid value")
         || words.starts_with("unknown variant")
     {
         return format!("Numbers are numbers and not texts, lists are lists. {SCHEMA}");
+    }
+    if words.starts_with(NO_QUOTED_KEY) {
+        return format!(
+            "Names and texts of JSON are in double quotes: in Python `json.dumps(frame)` writes them, `str(frame)` does not. Each sample is one \
+             whole JSON object, in UTF-8: `{SMALLEST}`"
+        );
     }
     format!("Each sample is one whole JSON object, in UTF-8: `{SMALLEST}`")
 }
@@ -147,6 +161,8 @@ mod tests {
             ("{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": \"1\"}]}", "not texts"),
             ("{\"captured_at\": 1", "one whole JSON object"),
             ("[]", "one whole JSON object"),
+            ("{'captured_at': 1}", "json.dumps"),
+            ("{\"captured_at\": 1, \"detections\": [{\"class\": 2, \"x\": 1, \"y\": 1}]}", "such as \"car\""),
             (
                 "{\"captured_at\": 1, \"detections\": [{\"class\": \"car\", \"x\": 1, \"y\": 1, \"heading\": 1.57}]}",
                 "the angle is `yaw`",

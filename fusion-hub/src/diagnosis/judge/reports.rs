@@ -298,7 +298,9 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
             )
         }
     };
-    Some(one.fault(code, says, change))
+    let found = one.fault(code, says, change);
+    // What nobody states is assumed large on purpose: that is no fault of the agent, and costs little.
+    Some(if is_default && code == Code::SigmaTooLarge { found.as_note() } else { found })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::super::finding::{Code, Finding};
 use super::super::writing::DEGREES_APART;
 use super::one::{MIN_VALUES, One, is_share};
+use v2x_common::conventions::AngleUnit;
 use v2x_common::reported::OffPlaces;
 
 /// Share of detections without standard deviations from which this is reported.
@@ -30,6 +31,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
         sigma_missing(one),
         far_from_sensor(one),
         twins(one),
+        turned_pose(one),
     ];
     all.into_iter().flatten().collect()
 }
@@ -42,6 +44,23 @@ fn twins(one: &One<'_>) -> Option<Finding> {
         let says = format!("{n} of {all} vehicles lie within another one of the same frame, where there is room for one");
         let change = "Does its detector suppress what overlaps (NMS)? The hub takes them for one object as far as it can";
         one.note(Code::Twins, says, change)
+    })
+}
+
+/// Headings of the sensor's pose beyond a whole turn: degrees, which are read as radians.
+fn turned_pose(one: &One<'_>) -> Option<Finding> {
+    let writing = &one.survey.writing;
+    (writing.turned_poses >= MIN_VALUES && writing.yaw.unit == AngleUnit::Rad).then(|| {
+        let says = format!(
+            "the yaw of its {} is {:.1}, which is more than a whole turn of radians: it is in degrees",
+            one.words("`sensor_pose`", "sensor_yaw"),
+            writing.turned_pose_rad
+        );
+        let change = one.words(
+            "Send it in radians, counter-clockwise from east, as headings are",
+            "Write it in radians, counter-clockwise from east, as headings are",
+        );
+        one.fault(Code::SensorPose, says, change)
     })
 }
 

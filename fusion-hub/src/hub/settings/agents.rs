@@ -183,6 +183,10 @@ impl AgentTable {
     fn classes(&self) -> Result<BTreeMap<String, Class>, String> {
         let class = |(name, ours): (&String, &String)| match Class::from_name(ours) {
             Some(class) => Ok((name.clone(), class)),
+            None if Class::from_name(name).is_some() => Err(format!(
+                "classes.{name:?} is {ours:?}, which is no class: the agent's own name is on the left, and ours on the right: write \
+                 {ours:?} = {name:?}"
+            )),
             None => {
                 Err(format!("classes.{name:?} is {ours:?}, which is no class; there are {}", known_classes()))
             }
@@ -298,6 +302,7 @@ mod tests {
             ),
             ("origin = { latitude_deg = 91, longitude_deg = 0 }\nframe = \"wgs84\"", "origin is 91"),
             ("classes = { Auto = \"spaceship\" }", "\"spaceship\", which is no class; there are"),
+            ("classes = { car = \"PKW\" }", "write \"PKW\" = \"car\""),
             ("yaw = { unit = \"gon\" }", "expected `rad` or `deg`"),
             ("time_offset_ms = 1e9", "time_offset_ms is 1000000000"),
             ("detection_probability = 2", "detection_probability is 2, expected 0.01 to 1"),

@@ -284,7 +284,7 @@ fn if_comma(text: &str) -> &'static str {
 fn if_no_text(error: &csv::Error) -> &'static str {
     match error.kind() {
         csv::ErrorKind::Utf8 { .. } => {
-            ": it is no text in UTF-8, but perhaps in UTF-16, as a spreadsheet writes \"Unicode text\": save it as CSV in UTF-8"
+            ": it is no text in UTF-8, but perhaps in Latin-1, or in UTF-16, as a spreadsheet writes \"Unicode text\": save it as CSV in UTF-8"
         }
         _ => "",
     }
@@ -332,8 +332,9 @@ fn hint_of_names(header: &[&str], missing: &[&str]) -> String {
         hints.push("where the time of arrival is not known, write t as t_arr, too".to_owned());
     }
     let optional: Vec<&str> = missing.iter().filter(|one| MAY_BE_EMPTY.contains(one)).copied().collect();
-    if missing.contains(&"t_arr") || missing.iter().any(|one| one.starts_with('s') && optional.contains(one))
-    {
+    // Of the truth every cell is needed.
+    let is_log = header.iter().chain(missing).any(|name| matches!(*name, "t_arr" | "sensor_id"));
+    if is_log || missing.iter().any(|one| one.starts_with('s') && optional.contains(one)) {
         let cells = (!optional.is_empty()).then(|| format!("the cells of {} may be empty", names(&optional)));
         hints.extend(cells);
     }
@@ -387,6 +388,8 @@ mod tests {
         assert_eq!(hint(&["x", "sensor_id"], "x,sensor\n"), "; call the column sensor sensor_id");
         assert_eq!(hint(&["x", "class"], "x,clas\n"), "; call the column clas class");
         assert_eq!(hint(&["x", "y"], "X,Y\n"), ". Names of columns are in small letters: write x, y");
+        assert_eq!(hint(&["yaw"], "t_arr,sensor_id\n"), "; the cells of yaw may be empty");
+        assert_eq!(hint(&["yaw"], "t,object_id\n"), "");
         let words = hint(&["t_arr", "t", "sx"], "t\n");
         assert_eq!(
             words,

@@ -39,7 +39,7 @@ fn fit_of(second: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Fit {
                 let spots = seen.map(|(k, (at, velocity))| {
                     let measured = [at[0] + error(seed + whose, k), at[1] + error(seed + 3 * whose, k + 7)];
                     let at = if whose == 1 { second(measured, *velocity) } else { measured };
-                    Spot { at, velocity: *velocity, variance: 0.25 }
+                    Spot { at, velocity: *velocity, variance: 0.25, size: None }
                 });
                 Sighting::new(Some([FIRST, POSE][whose]), spots.collect())
             };
@@ -133,7 +133,8 @@ fn a_clock_that_is_behind_is_distinguished_from_a_shift_where_roads_cross() {
 #[test]
 fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
     let row = |y: f64| -> Vec<_> {
-        let place = |k: i32| Spot { at: [6.5 * f64::from(k), y], velocity: [0.0, 0.0], variance: 0.25 };
+        let place =
+            |k: i32| Spot { at: [6.5 * f64::from(k), y], velocity: [0.0, 0.0], variance: 0.25, size: None };
         (0..8).map(place).collect()
     };
     let snapshots: Vec<Snapshot> =
@@ -162,7 +163,7 @@ fn a_shift_of_what_moves_at_an_unknown_speed_may_be_one_of_time_and_of_what_stan
                 let (column, row) = (k % 4, k / 4);
                 let x =
                     17.0 * f64::from(column) + 3.1 * f64::from(row * column) + moves_by_m * f64::from(step);
-                Spot { at: [x + by_m, 9.0 * f64::from(row)], velocity: [0.0; 2], variance: 0.25 }
+                Spot { at: [x + by_m, 9.0 * f64::from(row)], velocity: [0.0; 2], variance: 0.25, size: None }
             });
             Sighting::new(None, spots.collect())
         };
@@ -185,7 +186,7 @@ fn what_a_change_of_unit_draws_together_onto_a_vehicle_that_the_other_one_sees_i
     let snapshots: Vec<Snapshot> = (0..12)
         .map(|step| {
             let pose = Pose { x: 4.0 * f64::from(step), y: 0.0, yaw: 0.0 };
-            let spot = |at: [f64; 2]| Spot { at, velocity: [0.0; 2], variance: 0.1 };
+            let spot = |at: [f64; 2]| Spot { at, velocity: [0.0; 2], variance: 0.1, size: None };
             let around =
                 (0..8).map(|k| spot([pose.x + 5.0 + 7.0 * f64::from(k), 11.0 + 3.0 * f64::from(k % 3)]));
             let first = Sighting::new(Some(FIRST), vec![spot([pose.x, pose.y]), spot([-60.0, -40.0])]);
