@@ -32,8 +32,8 @@ fn report(class: Class, [x, y]: [f64; 2]) -> Detection {
         bev: BevBox { x, y, w, d, yaw: 0.0 },
         covariance: BoxCovariance {
             position: Covariance2::isotropic(0.3),
-            ww: (0.1 * w).powi(2),
-            dd: (0.1 * d).powi(2),
+            ww: 0.01 * w * w,
+            dd: 0.01 * d * d,
             yaw: 0.01,
         },
         velocity: None,

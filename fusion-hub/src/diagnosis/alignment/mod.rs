@@ -105,7 +105,9 @@ impl Snapshots {
         all.sort_by_key(|sighting| sighting.captured_at);
         let (mut frames, mut lasting) = (0_usize, 0_usize);
         for three in all.windows(3) {
-            let Some((places, steps_s)) = places_and_steps([three[0], three[1], three[2]]) else { continue };
+            let Some(Three { places, steps_s }) = places_and_steps([three[0], three[1], three[2]]) else {
+                continue;
+            };
             let places = places.each_ref().map(|one| &one[..]);
             frames += 1;
             lasting +=
@@ -151,12 +153,20 @@ impl Snapshots {
     }
 }
 
-/// Where three frames have their detections (m), and the times between them (s); `None` where they are not one after the other.
-fn places_and_steps(three: [&Sighting; 3]) -> Option<([Vec<[f64; 2]>; 3], [f64; 2])> {
+/// Three frames of one agent, one after the other.
+struct Three {
+    /// Where their detections are, m.
+    places: [Vec<[f64; 2]>; 3],
+    /// The times between them, s.
+    steps_s: [f64; 2],
+}
+
+/// Three frames; `None` where they are not one after the other.
+fn places_and_steps(three: [&Sighting; 3]) -> Option<Three> {
     let steps = [0, 1].map(|step| three[step + 1].captured_at - three[step].captured_at);
     let are_near = steps.iter().all(|step| (FOLLOWED.0..=FOLLOWED.1).contains(step));
     let places = |one: &Sighting| one.spots.iter().map(|spot| spot.at).collect();
-    are_near.then(|| (three.map(places), steps.map(Span::as_secs_f64)))
+    are_near.then(|| Three { places: three.map(places), steps_s: steps.map(Span::as_secs_f64) })
 }
 
 /// The size that is given of a vehicle, m. One that is exactly that of its class stands where none was given.

@@ -162,44 +162,13 @@ struct Pair {
 impl Pair {
     fn large(&self, change: Change, is_undecided: bool) -> Finding {
         let Self { agent, other, share, source, .. } = self;
-        let setting = |line: &str| format!("write `{line}` {}", source.table_of(agent));
         let send = source.words("Send", "Write");
         let as_seen = format!("({:.0} % of the objects in common with {other})", 100.0 * share);
         let (code, says, change) = match change {
-            Change::FromSensor(Axes::Ours) => (
-                Code::SensorFrame,
-                format!(
-                    "its positions are relative to its sensor, and are read as in the map frame {as_seen}"
-                ),
-                format!("{send} them in the map frame, or {}", setting("frame = \"ego\"")),
-            ),
-            Change::FromPlace => (
-                Code::SensorFrame,
-                format!(
-                    "its positions are relative to the place of its sensor, along the axes of the map, and are read as in the map frame \
-                     {as_seen}"
-                ),
-                format!("{send} them in the map frame: add the x and y of its {}", source.words("`sensor_pose`", "sensor_x and sensor_y")),
-            ),
-            Change::FromSensor(axes) => (
-                Code::SensorFrame,
-                format!(
-                    "its positions are relative to its sensor with {}, and are read as in the map frame {as_seen}",
-                    words(axes)
-                ),
-                format!("x is ahead and y to the left: change that, and {}", setting("frame = \"ego\"")),
-            ),
-            Change::PoseTwice => (
-                Code::SensorFrame,
-                format!(
-                    "its sensor's pose is applied twice: its positions are in the map frame already {as_seen}"
-                ),
-                format!(
-                    "Remove `frame` {}, or {} positions relative to the sensor",
-                    source.table_of(agent),
-                    source.words("send", "write")
-                ),
-            ),
+            Change::FromSensor(_) | Change::FromPlace | Change::PoseTwice => {
+                let (says, change) = self.in_another_frame(change, &as_seen);
+                (Code::SensorFrame, says, change)
+            }
             Change::AboutSensor(axes) => (
                 Code::Axes,
                 format!(
@@ -238,6 +207,46 @@ impl Pair {
         };
         let agent = (!is_undecided).then_some(*agent);
         Finding { code, severity: Severity::Fault, agent, says, change }
+    }
+
+    /// What is wrong and what to do where positions are in the frame of the sensor and read as in that of the map, or the other way round.
+    fn in_another_frame(&self, change: Change, as_seen: &str) -> (String, String) {
+        let Self { agent, source, .. } = self;
+        let (send, table) = (source.words("Send", "Write"), source.table_of(agent));
+        match change {
+            Change::FromSensor(Axes::Ours) => (
+                format!(
+                    "its positions are relative to its sensor, and are read as in the map frame {as_seen}"
+                ),
+                format!("{send} them in the map frame, or write `frame = \"ego\"` {table}"),
+            ),
+            Change::FromSensor(axes) => (
+                format!(
+                    "its positions are relative to its sensor with {}, and are read as in the map frame {as_seen}",
+                    words(axes)
+                ),
+                format!("x is ahead and y to the left: change that, and write `frame = \"ego\"` {table}"),
+            ),
+            Change::FromPlace => (
+                format!(
+                    "its positions are relative to the place of its sensor, along the axes of the map, and are read as in the map frame \
+                     {as_seen}"
+                ),
+                format!(
+                    "{send} them in the map frame: add the x and y of its {}",
+                    source.words("`sensor_pose`", "sensor_x and sensor_y")
+                ),
+            ),
+            _ => (
+                format!(
+                    "its sensor's pose is applied twice: its positions are in the map frame already {as_seen}"
+                ),
+                format!(
+                    "Remove `frame` {table}, or {} positions relative to the sensor",
+                    source.words("send", "write")
+                ),
+            ),
+        }
     }
 
     /// The agent's positions are so many times as far apart as the other one's.
