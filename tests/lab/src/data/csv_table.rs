@@ -388,8 +388,8 @@ mod tests {
         assert_eq!(hint(&["x", "sensor_id"], "x,sensor\n"), "; call the column sensor sensor_id");
         assert_eq!(hint(&["x", "class"], "x,clas\n"), "; call the column clas class");
         assert_eq!(hint(&["x", "y"], "X,Y\n"), ". Names of columns are in small letters: write x, y");
-        assert_eq!(hint(&["yaw"], "t_arr,sensor_id\n"), "; the cells of yaw may be empty");
-        assert_eq!(hint(&["yaw"], "t,object_id\n"), "");
+        assert_eq!(hint(&["x", "yaw"], "t_arr,sensor_id,x\n"), "; the cells of yaw may be empty");
+        assert_eq!(hint(&["x", "yaw"], "t,object_id,x\n"), "");
         let words = hint(&["t_arr", "t", "sx"], "t\n");
         assert_eq!(
             words,
