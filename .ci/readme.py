@@ -23,7 +23,7 @@ DOCUMENTS = [*[ROOT / page for page in PAGES], *sorted((ROOT / "deploy/docs").gl
 TIMEOUT_S = 300
 # Programs of a system or of others, which are not run: the files of this repository that they are given must be there.
 SYSTEM = {
-    "apt-get", "cd", "chronyc", "docker", "gpg", "install", "journalctl", "kubectl", "mv", "scp", "systemctl",
+    "apt-get", "cd", "chronyc", "docker", "gpg", "install", "journalctl", "kubectl", "mv", "nft", "scp", "systemctl",
     "seq", "systemd-sysusers", "tar", "xargs", "zenohd",
 }
 
