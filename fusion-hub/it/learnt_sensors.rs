@@ -166,6 +166,14 @@ fn false_detections_that_nobody_declared_are_learnt_and_not_published() {
 }
 
 #[test]
+fn who_declares_that_nothing_is_false_and_reports_much_that_is_loses_nothing_that_is_real() {
+    let outcome = run(&Detectors { cars: 0.95, people: 0.9, n_false: 8.0, declared: Some(0.0) });
+    assert!(outcome.learnt.overrules_declared_clutter, "{:?}", outcome.learnt);
+    assert!(outcome.found.iter().all(|share| *share > 0.97), "{:?}", outcome.found);
+    assert!(outcome.n_false < 0.5, "{} false objects in a list", outcome.n_false);
+}
+
+#[test]
 fn a_declared_density_that_holds_is_kept() {
     let area_m2 = std::f64::consts::PI * REACH_M * REACH_M;
     let learnt =

@@ -3,7 +3,7 @@
 use super::detection_counts::{DetectionCounts, ProfilePrior};
 use crate::values::{
     ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PoseErrors,
-    PositionErrors, RANGE_BINS, ScoreModel,
+    PositionErrors, RANGE_BINS, ScoreModel, SensingDefaults,
 };
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
@@ -85,6 +85,18 @@ pub(crate) struct FrameReading {
     pub(crate) coverage: Option<Coverage>,
 }
 
+/// Odds of a new object in a time (s) where as many come into view as before, but false detections have another density, 1/m². Where there
+/// were none by declaration, nothing is known of how many come into view.
+fn birth_odds(before: f64, [clutter_before, clutter]: [f64; 2], passed_s: f64) -> f64 {
+    if before.is_finite() {
+        before * (clutter_before / clutter)
+    } else if clutter > 0.0 {
+        SensingDefaults::default().births_per_m2_s * passed_s / clutter
+    } else {
+        before
+    }
+}
+
 /// How the misses of an agent that detects nothing are read, with this time between its frames.
 fn silent(profile: &DetectionProfile, interval_s: f64) -> DetectionProfile {
     let share = (interval_s / SILENT_FOR_S).min(1.0);
@@ -107,9 +119,10 @@ impl LearntSensor {
             reading.model.persistence = Persistence::by_rate(declared.model.interval_s);
         }
         if let Some(clutter) = self.clutter_per_m2 {
-            // As many objects come into view as before.
-            reading.model.birth_odds *= declared.model.clutter_per_m2 / clutter;
-            reading.model.clutter_per_m2 = clutter;
+            let model = &mut reading.model;
+            model.birth_odds =
+                birth_odds(model.birth_odds, [model.clutter_per_m2, clutter], model.interval_s);
+            model.clutter_per_m2 = clutter;
         }
         if let Some(coverage) = &mut reading.coverage {
             coverage.profile = if self.detects {
@@ -129,7 +142,7 @@ impl LearntSensor {
             ScoreModel::Ignored => (least, self.clutter_per_m2.unwrap_or(prior.clutter_per_m2)),
             _ => (most, prior.clutter_per_m2),
         };
-        let per_s = prior.birth_odds_per_s * (prior.clutter_per_m2 / clutter);
+        let per_s = birth_odds(prior.birth_odds_per_s, [prior.clutter_per_m2, clutter], 1.0);
         (per_s * self.interval_s.unwrap_or(UNKNOWN_INTERVAL_S)).clamp(least, most)
     }
 
@@ -185,4 +198,27 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ("learning.objects_over_clutter", OBJECTS_OVER_CLUTTER.to_string()),
         ("learning.silent", format!("{SILENT} in {SILENT_FOR_S} s")),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odds_of_a_new_object_follow_the_density_of_false_detections_and_are_a_number_where_none_were_declared()
+    {
+        assert!((birth_odds(0.2, [1e-3, 1e-4], 0.1) - 2.0).abs() < 1e-12);
+        let learnt = birth_odds(f64::INFINITY, [0.0, 1e-4], 0.1);
+        assert!((learnt - 0.1).abs() < 1e-12, "{learnt}");
+        assert_eq!(birth_odds(f64::INFINITY, [0.0, 0.0], 0.1), f64::INFINITY);
+        let certain = Prior {
+            profile: ProfilePrior { probability: 0.7, correlation: 0.5 },
+            clutter_per_m2: 0.0,
+            birth_odds_per_s: f64::INFINITY,
+        };
+        for clutter_per_m2 in [None, Some(0.0), Some(1e-3)] {
+            let learnt = LearntSensor { clutter_per_m2, ..LearntSensor::default() };
+            assert!((BIRTH_ODDS[0]..=BIRTH_ODDS[1]).contains(&learnt.birth_odds(&certain)));
+        }
+    }
 }
