@@ -6,12 +6,11 @@
 //! by Dempster's rule. The sets are the single classes, the groups and everything: intersections stay among them
 //! (Gordon & Shortliffe 1985). What contradicts each other is the conflict, which is published and not hidden.
 
-use super::ClassLaw;
+use super::{CLASS_GROUPS, ClassLaw};
 use v2x_common::class::{Class, ClassGroup};
 
 /// Classes in play for one object; further ones are not counted.
 const MOST_CLASSES: usize = 8;
-const N_GROUPS: usize = 5;
 /// The class so far stays the leading one where another one leads by less.
 const HYSTERESIS: f64 = 0.02;
 
@@ -20,7 +19,7 @@ const HYSTERESIS: f64 = 0.02;
 pub struct ClassBelief {
     classes: [(Class, f64); MOST_CLASSES],
     len: usize,
-    groups: [f64; N_GROUPS],
+    groups: [f64; CLASS_GROUPS],
     any: f64,
     /// The share of the combined masses that was not in conflict.
     agreement: f64,
@@ -45,7 +44,7 @@ impl Default for ClassBelief {
         Self {
             classes: [(Class::Unknown, 0.0); MOST_CLASSES],
             len: 0,
-            groups: [0.0; N_GROUPS],
+            groups: [0.0; CLASS_GROUPS],
             any: 1.0,
             agreement: 1.0,
         }
