@@ -100,7 +100,7 @@ impl AgentLearning {
             range_m,
             interval_s: self.statistics.interval_s(),
             scores: self.scores.model(),
-            headings: &self.headings.law(),
+            headings: &self.headings.law(self.is_described),
             variance_factor: self.innovations.variance_scale(),
             lasting_variance: self.innovations.lasting_variance(),
             pose_variance: self.pose.variance(),
@@ -149,7 +149,7 @@ impl AgentLearning {
             is_trusted: self.clutter.is_trusted(),
             view_m: self.statistics.view_m(),
             interval_s: self.statistics.interval_s(),
-            headings: Some(self.headings.law()),
+            headings: Some(self.headings.law(self.is_described)),
             errors: PositionErrors {
                 scale: self.innovations.variance_scale(),
                 lasting: self.innovations.lasting_variance(),

@@ -1,6 +1,6 @@
 //! How often an agent detected the objects that it could have detected.
 
-use crate::values::{CLASS_GROUPS, DetectionProfile, RANGE_BINS};
+use crate::values::{CLASS_GROUPS, DetectionProfile, Groups, RANGE_BINS, with_factor};
 use serde::{Deserialize, Serialize};
 use v2x_common::class::ClassGroup;
 
@@ -9,6 +9,8 @@ const PRIOR_FRAMES: f64 = 50.0;
 /// Weight of the sensor's probability at all ranges for that at one range, and of that of all classes for that of one group.
 const RANGE_FRAMES: f64 = 100.0;
 const GROUP_FRAMES: f64 = 30.0;
+/// Ranges and groups are fitted by turns, so often: where groups stand at other ranges, neither alone says what the other does.
+const FITTED: usize = 2;
 /// Probabilities are kept from being certain.
 const LEAST_PROBABILITY: f64 = 0.02;
 /// Beyond the range from which the sensor reports at all, it is unlikely to detect anything.
@@ -52,6 +54,11 @@ impl Share {
         (self.detected / self.all - declared).abs() > CONTRADICTION_SIGMAS * sigma + CONTRADICTION_MARGIN
     }
 
+    /// With so many of its detections.
+    fn times(self, left: f64) -> Self {
+        Self { detected: self.detected * left, ..self }
+    }
+
     /// Posterior mean of the probability, with a prior mean of this weight.
     fn mean(&self, prior: f64, weight: f64) -> f64 {
         (self.detected + weight * prior) / (self.all + weight)
@@ -62,8 +69,8 @@ impl Share {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct DetectionCounts {
     by_group: [[Share; RANGE_BINS]; CLASS_GROUPS],
-    after_detection: Share,
-    after_miss: Share,
+    /// Of those frames that followed a miss and a detection of the same object.
+    after: [[[Share; RANGE_BINS]; CLASS_GROUPS]; 2],
     /// At all ranges, of the last seconds.
     recent: Share,
 }
@@ -103,19 +110,16 @@ impl DetectionCounts {
     pub(super) fn add(&mut self, group: ClassGroup, opportunity: Opportunity, is_detected: bool) {
         self.by_group[group as usize][opportunity.range_bin].add(is_detected);
         self.recent.add(is_detected);
-        match opportunity.before {
-            Some(true) => self.after_detection.add(is_detected),
-            Some(false) => self.after_miss.add(is_detected),
-            None => {}
+        if let Some(before) = opportunity.before {
+            self.after[usize::from(before)][group as usize][opportunity.range_bin].add(is_detected);
         }
     }
 
     /// Lets what was counted fade, and that of the last seconds by a factor of its own.
     pub(super) fn scale(&mut self, factor: f64, recent_factor: f64) {
         self.recent.scale(recent_factor);
-        self.by_group.iter_mut().flatten().for_each(|share| share.scale(factor));
-        self.after_detection.scale(factor);
-        self.after_miss.scale(factor);
+        let after = self.after.iter_mut().flatten();
+        self.by_group.iter_mut().chain(after).flatten().for_each(|share| share.scale(factor));
     }
 
     pub(super) fn total(&self) -> Share {
@@ -148,27 +152,69 @@ impl DetectionCounts {
             let mean = total(self.by_group.iter().map(|shares| &shares[bin])).mean(expected, RANGE_FRAMES);
             (mean * left).clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
         });
-        let again = self.after_detection.mean(probability + correlation * (1.0 - probability), PRIOR_FRAMES);
-        let anew = self.after_miss.mean(probability * (1.0 - correlation), PRIOR_FRAMES);
-        DetectionProfile::new(by_range, (again - anew).clamp(0.0, 1.0 - LEAST_PROBABILITY))
-            .with_groups(self.factors_of_groups(&by_range, left), reach_bin)
+        let is_one = self.of_groups().filter(|(_, share)| share.all > 0.0).nth(1).is_none();
+        let mut profile = DetectionProfile::new(by_range, 0.0);
+        if !is_one {
+            profile = profile.with_groups(self.groups(overall * left, left, reach_bin));
+        }
+        profile
+            .with_correlation(self.correlation(&profile.map(|probability| probability / left), correlation))
     }
 
-    /// Factor on the odds of a detection of each group: by what it has of detections at its own ranges, against all. Where only one
-    /// group is seen, it is all.
-    fn factors_of_groups(&self, by_range: &[f64; RANGE_BINS], left: f64) -> [f64; CLASS_GROUPS] {
-        let mut factors = [1.0; CLASS_GROUPS];
-        let seen = || self.of_groups().filter(|(_, share)| share.all > 0.0);
-        if seen().nth(1).is_none() {
-            return factors;
+    /// Correlation of successive frames about one object: how much more often it is detected after a detection, and less often
+    /// after a miss, than objects of its group are at its range. (Objects that differ would else look like misses in runs.)
+    fn correlation(&self, profile: &DetectionProfile, prior: f64) -> f64 {
+        // Of a detection x after another one, x - p is c (1 - p) on average, and p - x after a miss is c p.
+        let mut more = PRIOR_FRAMES * prior;
+        let mut at_most = PRIOR_FRAMES;
+        for (after, sign) in self.after.iter().zip([-1.0, 1.0]) {
+            for (shares, group) in after.iter().zip(ClassGroup::ALL) {
+                for (Share { detected, all }, bin) in
+                    shares.iter().zip(0..).filter(|(share, _)| share.all > 0.0)
+                {
+                    let probability = profile.in_bin(bin, group);
+                    more += sign * (detected - all * probability);
+                    at_most += all * if sign > 0.0 { 1.0 - probability } else { probability };
+                }
+            }
         }
-        for (group, share) in seen() {
-            let shares = self.by_group[group as usize].iter().zip(by_range);
-            let expected: f64 = shares.map(|(share, probability)| share.all * probability).sum();
-            let expected = (expected / (left * share.all)).min(1.0);
-            factors[group as usize] = odds(share.mean(expected, GROUP_FRAMES)) / odds(expected);
+        (more / at_most).clamp(0.0, 1.0 - LEAST_PROBABILITY)
+    }
+
+    /// Odds by range times factors of groups, which agree with what was seen at each range and of each group (iterative
+    /// proportional fitting: Bishop, Fienberg & Holland 1975, section 3.5), beginning with a probability of all. `left` is the
+    /// share of what was seen that still holds.
+    fn groups(&self, of_all: f64, left: f64, to_bin: usize) -> Groups {
+        let mut fitted = Groups { by_range: [of_all; RANGE_BINS], factors: [1.0; CLASS_GROUPS], to_bin };
+        for _ in 0..FITTED {
+            for (shares, place) in self.by_group.iter().zip(0..) {
+                let of_group = total(shares.iter()).times(left);
+                let mean = |factor: f64| {
+                    let at = |(bin, share): (usize, &Share)| share.all * fitted.probability(bin, factor);
+                    shares.iter().enumerate().map(at).sum::<f64>() / of_group.all
+                };
+                if of_group.all > 0.0 {
+                    let factor = fitted.factors[place];
+                    let seen = of_group.mean(mean(1.0), GROUP_FRAMES);
+                    fitted.factors[place] = factor * odds(seen) / odds(mean(factor));
+                }
+            }
+            for bin in 0..RANGE_BINS {
+                let shares = || self.by_group.iter().map(|shares| &shares[bin]);
+                let at_range = total(shares()).times(left);
+                let mean = |probability: f64| {
+                    let of = |(share, factor): (&Share, &f64)| share.all * with_factor(probability, *factor);
+                    shares().zip(&fitted.factors).map(of).sum::<f64>() / at_range.all
+                };
+                if at_range.all > 0.0 {
+                    let probability = fitted.by_range[bin];
+                    let seen = at_range.mean(mean(of_all), RANGE_FRAMES);
+                    let odds = odds(probability) * odds(seen) / odds(mean(probability));
+                    fitted.by_range[bin] = odds / (1.0 + odds);
+                }
+            }
         }
-        factors
+        fitted
     }
 
     /// Whether what was seen contradicts a declared probability: of all, or of one group of classes.
@@ -185,7 +231,9 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
     vec![
         (
             "learning.prior_frames",
-            format!("{PRIOR_FRAMES}, {RANGE_FRAMES} at a range, {GROUP_FRAMES} of a group of classes"),
+            format!(
+                "{PRIOR_FRAMES}, {RANGE_FRAMES} at a range, {GROUP_FRAMES} of a group of classes, fitted {FITTED} times"
+            ),
         ),
         ("learning.least_probability", LEAST_PROBABILITY.to_string()),
         ("learning.beyond_range", BEYOND_RANGE.to_string()),
@@ -299,8 +347,28 @@ mod tests {
             assert!((found - expected).abs() < 0.05, "{group:?} at {range_m} m: {found}");
         }
         let near = profile.probability(5.0, CAR);
-        assert!(near > 0.75 && profile.of_all(5.0) < 0.5, "cars near are not taken for people: {near}");
+        assert!(near > 0.92 && profile.of_all(5.0) < 0.5, "cars near are not taken for people: {near}");
         assert!(counts.contradict(0.95), "what is declared of all does not hold of people");
+    }
+
+    #[test]
+    fn objects_that_differ_are_no_misses_in_runs() {
+        let mut counts = DetectionCounts::default();
+        let mut random = 1_u32;
+        let mut draw = |share: f64| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(random >> 8) / f64::from(1_u32 << 24) < share
+        };
+        let mut before = [None; 2];
+        for _ in 0..10_000 {
+            for (place, (group, share)) in [(CAR, 0.95), (PERSON, 0.4)].into_iter().enumerate() {
+                let is_detected = draw(share);
+                counts.add(group, at(2, before[place]), is_detected);
+                before[place] = Some(is_detected);
+            }
+        }
+        let profile = counts.profile(UNKNOWN, 15);
+        assert!(profile.correlation() < 0.03, "{}", profile.correlation());
     }
 
     #[test]

@@ -27,11 +27,15 @@ const LIMITS: [f64; 2] = [0.002, 0.98];
 const LEAST_COMPARISONS: f64 = 50.0;
 const LEAST_OFFSET: f64 = 0.15;
 const LEAST_AGREEMENT: f64 = 0.9;
-/// Pairs of differences from which on errors are taken to last, and the correlation that they then have.
-const LEAST_PAIRS: f64 = 40.0;
+/// Correlation of pairs of differences from which on errors last.
 const COLOURED: f64 = 0.2;
-/// And more by so many standard deviations of that of white errors.
+/// Where an agent describes its errors, they are as described, and white, until so many pairs say otherwise, by so many
+/// standard deviations of the correlation of white ones.
+const LEAST_PAIRS: f64 = 40.0;
 const CHANCE_SIGMAS: f64 = 2.5;
+/// Where it does not, [`HeadingLaw::PRESUMED_SHARE`] has the weight of so many pairs: one needs seconds of an object that
+/// drives, and errors that last are as harmful before they are found as after.
+const PRESUMED_PAIRS: f64 = 10.0;
 /// Unit of sums: whole numbers add up to the same in any order.
 const UNITS: f64 = 4096.0;
 /// The same of squared angles, rad².
@@ -121,27 +125,44 @@ impl HeadingCounts {
         }
     }
 
-    /// How the headings err.
-    pub(super) fn law(&self) -> HeadingLaw {
+    /// How the headings err, of an agent that describes its errors or not.
+    pub(super) fn law(&self, is_described: bool) -> HeadingLaw {
         let [least, most] = LIMITS;
         let reversed = (self.reversed + PRIOR * PRIOR_REVERSED) / (self.all + PRIOR);
         let reversed = reversed.clamp(least, most);
+        let [lasting, lasting_share] =
+            if is_described { self.found_to_last() } else { self.presumed_to_last() };
         HeadingLaw::Mixture {
             front_odds_ln: libm::log((1.0 - reversed) / reversed),
             offset: self.offset(),
-            lasting: self.lasting(),
+            lasting,
+            lasting_share,
         }
     }
 
-    /// Variance of the part of the errors that lasts, rad²; 0 where errors are white. A constant error is corrected and no
-    /// part of it.
-    fn lasting(&self) -> f64 {
+    /// What is found to last, against the presumption that nothing does: variance, rad², and none of the declared one.
+    fn found_to_last(&self) -> [f64; 2] {
         let by_chance = CHANCE_SIGMAS / libm::sqrt(self.pairs);
-        if self.pairs < LEAST_PAIRS || self.products <= (COLOURED + by_chance) * self.pair_squares {
-            return 0.0;
+        let is_white =
+            self.pairs < LEAST_PAIRS || self.products <= (COLOURED + by_chance) * self.pair_squares;
+        [if is_white { 0.0 } else { self.variance_that_lasts(self.pairs) }, 0.0]
+    }
+
+    /// What lasts where that is presumed until pairs have said otherwise: variance, rad², and share of the declared one.
+    fn presumed_to_last(&self) -> [f64; 2] {
+        let weight = self.pairs + PRESUMED_PAIRS;
+        let share = HeadingLaw::PRESUMED_SHARE * PRESUMED_PAIRS / weight;
+        let found = if self.pair_squares > 0.0 { self.products / self.pair_squares } else { 0.0 };
+        if share + found * self.pairs / weight <= COLOURED {
+            return [0.0, 0.0];
         }
+        [self.variance_that_lasts(weight), share]
+    }
+
+    /// Mean product of the pairs, with this weight of all that is known, rad². A constant error is corrected and no part of it.
+    fn variance_that_lasts(&self, weight: f64) -> f64 {
         let offset = self.offset();
-        (self.products / (PAIR_UNITS * self.pairs) - offset * offset).max(0.0)
+        (self.products / PAIR_UNITS - self.pairs * offset * offset).max(0.0) / weight
     }
 
     /// The constant error of the axes, rad in [-π/2, π/2]; 0 where it is not significant.
@@ -166,7 +187,11 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         ),
         (
             "learning.heading_lasts",
-            format!("correlation {COLOURED} and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs"),
+            format!(
+                "correlation {COLOURED}; described: and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs; else {} presumed \
+                 with weight {PRESUMED_PAIRS}",
+                HeadingLaw::PRESUMED_SHARE
+            ),
         ),
     ]
 }
@@ -181,7 +206,7 @@ mod tests {
 
     /// The probability of half a turn, and the constant error, rad.
     fn reversed_and_offset(counts: &HeadingCounts) -> (f64, f64) {
-        let HeadingLaw::Mixture { front_odds_ln, offset, .. } = counts.law() else { panic!("a mixture") };
+        let HeadingLaw::Mixture { front_odds_ln, offset, .. } = counts.law(true) else { panic!("a mixture") };
         (1.0 / (1.0 + libm::exp(front_odds_ln)), offset)
     }
 
@@ -205,19 +230,44 @@ mod tests {
         assert!(bend.axis.abs() < 1e-3 && (bend.heading - 0.09).abs() < 1e-12, "{bend:?}");
     }
 
+    /// After so many pairs: the variance that lasts, rad², and its share of the declared one.
+    fn lasting(is_described: bool, pair: fn(i32) -> [f64; 2], n: i32) -> [f64; 2] {
+        let mut counts = HeadingCounts::default();
+        (0..n).for_each(|k| counts.add_pair(pair(k)));
+        let HeadingLaw::Mixture { lasting, lasting_share, .. } = counts.law(is_described) else {
+            panic!("a mixture")
+        };
+        [lasting, lasting_share]
+    }
+
+    /// Of objects whose errors are alike after two seconds, and of others.
+    fn alike(k: i32) -> [f64; 2] {
+        if k % 2 == 0 { [0.1, 0.08] } else { [-0.08, -0.1] }
+    }
+    fn white(k: i32) -> [f64; 2] {
+        [[0.1, 0.1], [0.1, -0.1]][usize::from(k % 2 == 0)]
+    }
+
     #[test]
     fn errors_last_that_are_alike_two_seconds_later_and_no_others() {
-        let lasting = |pair: fn(i32) -> [f64; 2], n: i32| {
-            let mut counts = HeadingCounts::default();
-            (0..n).for_each(|k| counts.add_pair(pair(k)));
-            let HeadingLaw::Mixture { lasting, .. } = counts.law() else { panic!("a mixture") };
-            lasting
-        };
-        let of_objects = |k: i32| if k % 2 == 0 { [0.1, 0.08] } else { [-0.08, -0.1] };
-        assert!((lasting(of_objects, 100) - 0.008).abs() < 1e-4);
-        assert_eq!(lasting(of_objects, 20), 0.0, "too few");
-        assert_eq!(lasting(|k| [[0.1, 0.1], [0.1, -0.1]][usize::from(k % 2 == 0)], 100), 0.0, "white");
-        assert_eq!(lasting(|_| [1.5, 1.5], 100), 0.0, "a quarter turn is no variance");
+        let [found, share] = lasting(true, alike, 100);
+        assert!((found - 0.008).abs() < 1e-4 && share == 0.0);
+        assert_eq!(lasting(true, alike, 20), [0.0, 0.0], "too few");
+        assert_eq!(lasting(true, white, 100), [0.0, 0.0]);
+        assert_eq!(lasting(true, |_| [1.5, 1.5], 100), [0.0, 0.0], "a quarter turn is no variance");
+    }
+
+    #[test]
+    fn where_nothing_is_described_half_is_presumed_to_last_until_pairs_say_otherwise() {
+        assert_eq!(lasting(false, alike, 0), [0.0, 0.5]);
+        let [found, share] = lasting(false, alike, 10);
+        assert!(
+            (found - 0.004).abs() < 1e-4 && (share - 0.25).abs() < 1e-12,
+            "half of either: {found} {share}"
+        );
+        let [found, share] = lasting(false, alike, 1000);
+        assert!((found - 0.008).abs() < 2e-4 && share < 0.01, "{found} {share}");
+        assert_eq!(lasting(false, white, 20), [0.0, 0.0], "white errors are found out soon");
     }
 
     #[test]

@@ -110,7 +110,7 @@ impl LearntSensor {
         // Where detection probability and clutter are declared, existence holds all there is but for the scores.
         reading.model.keeps_support = self.scores != ScoreModel::Ignored;
         reading.model.scores = self.scores;
-        reading.model.headings = self.headings();
+        reading.model.headings = self.headings.unwrap_or(HeadingLaw::UNKNOWN);
         reading.model.errors = self.errors;
         reading.model.pose = self.pose();
         reading.model.classes = self.classes;
@@ -164,7 +164,7 @@ impl LearntSensor {
             persistence: Persistence::by_rate(interval_s),
             scores: self.scores,
             is_trusted: self.is_trusted && self.scores == ScoreModel::Ignored,
-            headings: self.headings(),
+            headings: self.headings.unwrap_or(HeadingLaw::UNDESCRIBED),
             errors: self.errors,
             pose: self.pose(),
             classes: self.classes,
@@ -182,10 +182,6 @@ impl LearntSensor {
     /// What is unknown of its pose, where it declares nothing.
     fn pose(&self) -> PoseErrors {
         PoseErrors { position: self.pose_variance, yaw: 0.0 }
-    }
-
-    fn headings(&self) -> HeadingLaw {
-        self.headings.unwrap_or(HeadingLaw::UNKNOWN)
     }
 }
 

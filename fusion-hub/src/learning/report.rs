@@ -92,7 +92,7 @@ impl LearntSensorReport {
     pub(super) fn of(counted: &Counted<'_>) -> Self {
         let (turned_headings, offset, lasting) = match *counted.headings {
             HeadingLaw::AsReported => (0.0, 0.0, 0.0),
-            HeadingLaw::Mixture { front_odds_ln, offset, lasting } => {
+            HeadingLaw::Mixture { front_odds_ln, offset, lasting, .. } => {
                 (1.0 / (1.0 + libm::exp(front_odds_ln)), offset, lasting)
             }
         };
@@ -250,7 +250,8 @@ mod tests {
 
     #[test]
     fn what_is_learnt_is_reported_in_words_beside_what_is_declared() {
-        let turned = HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5, lasting: 0.01 };
+        let turned =
+            HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5, lasting: 0.01, lasting_share: 0.0 };
         let declared = SensorDescription {
             revision: 1,
             kind: SensorKind::Vehicle,

@@ -1,12 +1,12 @@
 //! The estimate of a track after some of its evidence.
 
-use super::orientation::{Action, Held, Orientation, Read, first_read};
+use super::orientation::{Action, Held, Orientation, Read, axis_difference, first_read};
 use crate::filter::Filter;
 use crate::values::AgentSlot;
 use crate::values::{ClassShares, Coverage};
 use crate::values::{
     DetectionModel, ExpectedPlace, HeadingLaw, LastingError, Measurement, PoseDetection, PositionInnovation,
-    ScoreEvidence, ScoreModel, SharedError, Support, SupportFrame, Widened,
+    ScoreEvidence, ScoreModel, SharedError, Support, SupportFrame, Turn, Widened,
 };
 use crate::values::{Existence, Persistence};
 use serde::{Deserialize, Serialize};
@@ -195,7 +195,14 @@ impl<F: Filter> Snapshot<F> {
         };
         let held = Held { state: &self.state, class: self.motion_class() };
         let mut read = self.orientation.read(frame.at, z, &held, front_odds_ln);
-        read.z.yaw_variance += frame.model.headings.by_lasting(frame.model.interval_s);
+        if frame.model.headings.lasts() {
+            let turn = Turn {
+                rate: self.state.motion().turn_rate,
+                off: axis_difference(read.z.yaw, self.state.heading().0),
+            };
+            let model = &frame.model;
+            read.z.yaw_variance += model.headings.by_lasting(z.yaw_variance, model.interval_s, &turn);
+        }
         match read.first {
             Action::Nothing => {}
             Action::TurnRound => self.state.turn_round(),

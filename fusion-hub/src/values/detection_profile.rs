@@ -15,13 +15,40 @@ pub const CLASS_GROUPS: usize = ClassGroup::ALL.len();
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DetectionProfile {
     by_range: [f64; RANGE_BINS],
-    /// Factor on the odds of a detection, by the group of the object's class, up to this bin of ranges: beyond it, nobody knows.
-    by_group: [f64; CLASS_GROUPS],
-    groups_to_bin: usize,
+    groups: Groups,
     /// Correlation of one frame with the next about one object, 0 to 1: misses come in runs, because occlusion lasts.
     correlation: f64,
     /// Whether it is the same at every range.
     is_uniform: bool,
+}
+
+/// What is known of groups of classes: the odds of a detection are those at the range times a factor of the group.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Groups {
+    /// Probability by range of a group whose factor is 1.
+    pub by_range: [f64; RANGE_BINS],
+    /// Factor of each group; of 1 where nothing is known of it: then it is as all.
+    pub factors: [f64; CLASS_GROUPS],
+    /// Up to which bin of ranges they hold: beyond it, nobody knows.
+    pub to_bin: usize,
+}
+
+impl Groups {
+    /// All alike.
+    pub const ALIKE: Self = Self { by_range: [0.0; RANGE_BINS], factors: [1.0; CLASS_GROUPS], to_bin: 0 };
+
+    /// Probability at a range of a group with this factor.
+    #[inline]
+    pub fn probability(&self, bin: usize, factor: f64) -> f64 {
+        with_factor(self.by_range[bin], factor)
+    }
+}
+
+/// A probability whose odds are a factor times those of another.
+#[inline]
+pub(crate) fn with_factor(probability: f64, factor: f64) -> f64 {
+    let odds = factor * probability;
+    odds / (odds + 1.0 - probability)
 }
 
 /// The place of a range (m) among the bins.
@@ -36,8 +63,7 @@ impl DetectionProfile {
     pub const fn uniform(probability: f64) -> Self {
         Self {
             by_range: [probability; RANGE_BINS],
-            by_group: [1.0; CLASS_GROUPS],
-            groups_to_bin: 0,
+            groups: Groups::ALIKE,
             correlation: 0.0,
             is_uniform: true,
         }
@@ -45,19 +71,26 @@ impl DetectionProfile {
 
     /// By range, the same of all classes, with the correlation of successive frames.
     pub const fn new(by_range: [f64; RANGE_BINS], correlation: f64) -> Self {
-        Self { by_range, by_group: [1.0; CLASS_GROUPS], groups_to_bin: 0, correlation, is_uniform: false }
+        Self { by_range, groups: Groups::ALIKE, correlation, is_uniform: false }
     }
 
-    /// With factors on the odds of a detection, by the group of the object's class, up to a bin of ranges.
+    /// With what is known of groups of classes.
     #[must_use]
-    pub const fn with_groups(self, by_group: [f64; CLASS_GROUPS], to_bin: usize) -> Self {
-        Self { by_group, groups_to_bin: to_bin, ..self }
+    pub const fn with_groups(self, groups: Groups) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// With this correlation of successive frames.
+    #[must_use]
+    pub const fn with_correlation(self, correlation: f64) -> Self {
+        Self { correlation, ..self }
     }
 
     /// With other probabilities.
     #[must_use]
     pub fn map(&self, of: impl Fn(f64) -> f64) -> Self {
-        Self { by_range: self.by_range.map(of), ..*self }
+        let groups = Groups { by_range: self.groups.by_range.map(&of), ..self.groups };
+        Self { by_range: self.by_range.map(of), groups, ..*self }
     }
 
     /// Whether the range matters: it takes a square root to know.
@@ -75,13 +108,18 @@ impl DetectionProfile {
     /// Of an object of this group at this range (m), whatever was before.
     #[inline]
     pub fn probability(&self, range_m: f64, group: ClassGroup) -> f64 {
-        let probability = self.of_all(range_m);
-        let factor = self.by_group[group as usize];
-        if factor == 1.0 || range_bin(range_m) > self.groups_to_bin {
-            return probability;
+        if self.groups.factors[group as usize] == 1.0 {
+            return self.of_all(range_m);
         }
-        let odds = factor * probability;
-        odds / (odds + 1.0 - probability)
+        self.in_bin(range_bin(range_m), group)
+    }
+
+    /// The same in a bin of ranges.
+    #[inline]
+    pub fn in_bin(&self, bin: usize, group: ClassGroup) -> f64 {
+        let factor = self.groups.factors[group as usize];
+        let is_as_all = factor == 1.0 || bin > self.groups.to_bin;
+        if is_as_all { self.by_range[bin] } else { self.groups.probability(bin, factor) }
     }
 
     /// Of an object that the sensor's last frame held or missed; the first time, of any. `probability` is that of
@@ -138,14 +176,16 @@ mod tests {
 
     #[test]
     fn a_group_has_its_odds_as_far_as_detections_come_from_and_stays_a_probability() {
-        let mut by_group = [1.0; CLASS_GROUPS];
-        by_group[ClassGroup::Pedestrian as usize] = 0.25;
-        let profile = DetectionProfile::new([0.8; RANGE_BINS], 0.3).with_groups(by_group, 4);
+        let mut factors = [1.0; CLASS_GROUPS];
+        factors[ClassGroup::Pedestrian as usize] = 0.25;
+        let groups = Groups { by_range: [0.8; RANGE_BINS], factors, to_bin: 4 };
+        let profile = DetectionProfile::new([0.8; RANGE_BINS], 0.3).with_groups(groups);
         assert_eq!(profile.probability(25.0, CAR), 0.8);
         assert!((profile.probability(25.0, ClassGroup::Pedestrian) - 0.5).abs() < 1e-12);
         assert_eq!(profile.probability(55.0, ClassGroup::Pedestrian), 0.8, "beyond");
         for factor in [1e-9, 1e9] {
-            let extreme = profile.with_groups([factor; CLASS_GROUPS], 4).probability(25.0, CAR);
+            let groups = Groups { factors: [factor; CLASS_GROUPS], ..groups };
+            let extreme = profile.with_groups(groups).probability(25.0, CAR);
             assert!((0.0..=1.0).contains(&extreme), "{extreme}");
         }
     }

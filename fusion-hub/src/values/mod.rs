@@ -35,11 +35,12 @@ pub use class_law::ClassLaw;
 pub use coast::Coast;
 pub use compact::{CompactMeasurement, DetectionEvidence, SizeLaws};
 pub use contributor_limit::ContributorLimit;
-pub use detection_profile::{CLASS_GROUPS, DetectionProfile, RANGE_BIN_M, RANGE_BINS, range_bin};
+pub(crate) use detection_profile::with_factor;
+pub use detection_profile::{CLASS_GROUPS, DetectionProfile, Groups, RANGE_BIN_M, RANGE_BINS, range_bin};
 pub use exclusion::Body;
 pub use existence::{Existence, Persistence, SURVIVAL_TIME_S};
 pub(crate) use exponential::share_lost;
-pub use heading_law::HeadingLaw;
+pub use heading_law::{HeadingLaw, Turn};
 pub use innovation::PositionInnovation;
 pub use measurement::{Measurement, SizeLaw};
 pub use particle_set::{MAX_PARTICLES, ParticleSet};
@@ -57,6 +58,6 @@ pub use support::{Support, SupportFrame};
 pub(crate) use {
     class_belief::listed as classes_listed, coast::listed as coast_listed,
     exclusion::listed as exclusion_listed, existence::listed as existence_listed,
-    pose_errors::listed as pose_errors_listed, position_errors::listed as position_errors_listed,
-    support::listed as support_listed,
+    heading_law::listed as headings_listed, pose_errors::listed as pose_errors_listed,
+    position_errors::listed as position_errors_listed, support::listed as support_listed,
 };

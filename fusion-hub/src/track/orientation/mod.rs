@@ -385,7 +385,7 @@ const fn single(evidence: f64) -> f32 {
 }
 
 /// The difference of two axes, rad in [-π/2, π/2].
-fn axis_difference(a: f64, b: f64) -> f64 {
+pub(super) fn axis_difference(a: f64, b: f64) -> f64 {
     let off = angle_difference(a, b);
     if off > FRAC_PI_2 {
         off - PI
