@@ -14,6 +14,7 @@ mod fuzz_corpus;
 mod lag;
 mod lasting_errors;
 mod late_data;
+mod learning_order;
 mod learnt_sensors;
 mod life_of_a_track;
 mod methods;
