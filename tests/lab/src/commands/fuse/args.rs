@@ -1,5 +1,6 @@
 //! Options of `lab fuse`.
 
+use super::late_args::LateArgs;
 use crate::drive::replay::Declared;
 use crate::score::offline::Region;
 use anyhow::{Context, ensure};
@@ -52,6 +53,7 @@ Examples:
   lab fuse --detections log.csv --out fused.csv \\
       --accuracy 0.3,0.5,20 --accuracy rsu=0.05
   lab fuse --detections log.csv --out fused.csv --hub-config crossing.toml
+  lab fuse --detections log.csv --out fused.csv --late rsu=200 --late ego=20,80
   lab fuse --detections log.csv --out fused.csv --lagged-out smoothed.csv
   lab fuse --detections log.csv --out fused.csv --report log.html")]
 pub struct FuseArgs {
@@ -85,6 +87,9 @@ pub struct FuseArgs {
     /// The description of the sensors.
     #[command(flatten)]
     pub sensor: SensorArgs,
+    /// Delays.
+    #[command(flatten)]
+    pub late: LateArgs,
     /// A page of the log (HTML): what looks wrong, sensors, NIS over time, latencies, and pictures from above. It has no scores
     #[arg(long, value_name = "PAGE.html")]
     pub report: Option<PathBuf>,

@@ -1,6 +1,7 @@
 //! `lab fuse`: runs the engine of the hub on a log of detections.
 
 pub(crate) mod args;
+pub(crate) mod late_args;
 mod lists;
 mod page;
 mod truth_check;
@@ -18,6 +19,7 @@ use crate::report::offline::{LaggedReport, Report, SensorFigures};
 use crate::report::output::print;
 use crate::report::progress::Progress;
 use anyhow::{Context, ensure};
+use late_args::LateArgs;
 use lists::{LaggedList, List, Sink};
 use page::{Collected, Seen};
 use std::cell::RefCell;
@@ -48,7 +50,8 @@ fn run(args: &FuseArgs) -> anyhow::Result<Report> {
     let file = open(&args.detections)?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
     let listened = settings.clone();
-    let mut log = DetectionLog::by(file, &args.detections, settings)?;
+    let LateArgs { late, late_seed } = &args.late;
+    let mut log = DetectionLog::by(file, &args.detections, settings)?.later(late, *late_seed);
     let positions =
         [("--range", args.sensor.range.is_some()), ("--accuracy", !args.sensor.accuracy.is_empty())];
     for (option, _) in positions.iter().filter(|(_, is_given)| *is_given && !log.has_poses()) {

@@ -30,6 +30,7 @@ impl Folder {
             truth_region: None,
             rules: RuleArgs::default(),
             sensor: SensorArgs::default(),
+            late: LateArgs::default(),
             report: None,
             json: false,
         }
@@ -409,6 +410,25 @@ fn positions_relative_to_an_agent_whose_pose_the_log_lacks_are_an_error_that_nam
     {
         assert!(message.contains(named), "{message}");
     }
+}
+
+#[test]
+fn a_sensor_that_arrives_later_than_the_log_says_is_fused_and_one_that_arrives_too_late_is_refused() {
+    let folder = Folder::new("late");
+    let (log, truth) = drive();
+    let late = |text: &str| {
+        let args = folder.args(&log, Some(&truth));
+        let late = ["lab", "--late", text];
+        let late = <LateArgs as clap::Args>::augment_args(clap::Command::new("lab"))
+            .try_get_matches_from(late)
+            .and_then(|matches| clap::FromArgMatches::from_arg_matches(&matches));
+        run(&FuseArgs { late: late.unwrap(), ..args }).unwrap()
+    };
+    let in_time = run(&folder.args(&log, Some(&truth))).unwrap();
+    let later = late("right=200,300");
+    assert!(later.refused.is_empty() && later.frames == 60, "{:?}", later.refused);
+    assert!(later.truth.unwrap().metrics.f1 == in_time.truth.unwrap().metrics.f1);
+    assert_eq!(late("right=600").refused["too_late"], 30);
 }
 
 #[test]

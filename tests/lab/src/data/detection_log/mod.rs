@@ -1,18 +1,21 @@
 //! A log of detections, read frame by frame in order of arrival.
 
 mod arrival;
+mod lateness;
 mod remarks;
 mod row;
 mod survey;
 mod time_units;
 
 pub(crate) use arrival::Arrival;
+pub(crate) use lateness::Delay;
 pub(crate) use remarks::{Dropped, Remarks};
 pub(crate) use survey::{SensorSurvey, Survey};
 pub(crate) use time_units::TimeUnits;
 
 use crate::data::csv_table::{CsvError, CsvTable};
 use crate::data::detection_columns::COLUMNS;
+use lateness::Lateness;
 use row::{Content, OPTIONAL_COLUMNS, Optional, Report};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
@@ -41,6 +44,8 @@ pub(crate) struct DetectionLog<R> {
     /// Number of each sensor's next frame.
     sequences: BTreeMap<AgentId, u64>,
     remarks: Remarks,
+    /// Where frames arrive later than the log says.
+    lateness: Option<Lateness>,
 }
 
 impl<R: Read> DetectionLog<R> {
@@ -61,7 +66,15 @@ impl<R: Read> DetectionLog<R> {
             ahead: None,
             sequences: BTreeMap::new(),
             remarks: Remarks::default(),
+            lateness: None,
         })
+    }
+
+    /// The same log, with frames that arrive later by times that are drawn by this seed.
+    #[must_use]
+    pub(crate) fn later(self, delays: &[Delay], seed: u64) -> Self {
+        let lateness = (!delays.is_empty()).then(|| Lateness::new(delays.to_vec(), seed));
+        Self { lateness, ..self }
     }
 
     /// Whether it has the positions of sensors.
@@ -96,10 +109,19 @@ impl<R: Read> DetectionLog<R> {
 
     /// The next frame; `None` at the end.
     pub(crate) fn next_arrival(&mut self) -> Result<Option<Arrival>, CsvError> {
-        if self.ready.is_empty() {
-            self.read_one_time()?;
+        loop {
+            if self.ready.is_empty() {
+                self.read_one_time()?;
+            }
+            let Some(lateness) = &mut self.lateness else { return Ok(self.ready.pop_front()) };
+            // A frame of the log may still overtake those on the way.
+            let may_overtake =
+                |arrival: &mut Arrival| lateness.next_at().is_none_or(|next| arrival.received_at <= next);
+            match self.ready.pop_front_if(may_overtake) {
+                Some(arrival) => lateness.send(arrival),
+                None => return Ok(lateness.receive()),
+            }
         }
-        Ok(self.ready.pop_front())
     }
 
     /// Reads the frames of the next time of arrival.

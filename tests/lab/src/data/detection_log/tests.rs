@@ -2,6 +2,7 @@
 
 use super::*;
 use v2x_common::class::Class;
+use v2x_common::time::Span;
 
 const HEADER: &str = "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y,det_id\n";
 const CAR: &str = "car,10,2,1.8,4.5,0.3,0.5,0.4,0.2,0.3,0.1,0,0,7";
@@ -163,4 +164,33 @@ fn all_missing_columns_are_named_and_sensor_positions_have_two_coordinates() {
     );
     let message = error(&HEADER.replace(",sensor_y", ""));
     assert!(message.starts_with("log.csv has no column sensor_y"), "{message}");
+}
+
+#[test]
+fn frames_that_arrive_later_overtake_each_other_and_the_same_seed_gives_the_same_times() {
+    let row = |tenth: i32, sensor: &str| format!("{0}.{1},{0}.{1},{sensor},{CAR}\n", tenth / 10, tenth % 10);
+    let rows: String = (0..50).flat_map(|tenth| ["a", "b"].map(|sensor| row(tenth, sensor))).collect();
+    let text = format!("{HEADER}{rows}");
+    let read = |delays: &[Delay], seed: u64| {
+        let log = DetectionLog::new(text.as_bytes(), Path::new("log.csv")).unwrap();
+        let mut log = log.later(delays, seed);
+        std::iter::from_fn(|| log.next_arrival().unwrap()).collect::<Vec<_>>()
+    };
+    let ms = Span::from_millis;
+    let of_a = AgentId::new("a").unwrap();
+    let delays = [
+        Delay { sensor: None, least: ms(200), most: ms(200) },
+        Delay { sensor: Some(of_a), least: ms(0), most: ms(450) },
+    ];
+    let arrivals = read(&delays, 3);
+    assert!(arrivals.is_sorted_by_key(|one| one.received_at) && arrivals.len() == 100);
+    let age = |one: &Arrival| one.received_at - one.frame.captured_at;
+    let (late_a, late_b): (Vec<_>, Vec<_>) = arrivals.iter().partition(|one| one.frame.id.agent == of_a);
+    assert!(late_b.iter().all(|one| age(one) == ms(200)));
+    let [least, most] = [late_a.iter().map(|one| age(one)).min(), late_a.iter().map(|one| age(one)).max()];
+    assert!(least < Some(ms(50)) && most > Some(ms(400)) && most <= Some(ms(450)), "{least:?} {most:?}");
+    assert!(!late_a.is_sorted_by_key(|one| one.frame.captured_at), "they overtake each other");
+    assert!(read(&delays, 3) == arrivals && read(&delays, 4) != arrivals);
+    let as_logged = read(&[], 3);
+    assert!(as_logged.iter().all(|one| age(one) == ms(0)));
 }
