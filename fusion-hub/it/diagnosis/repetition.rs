@@ -245,3 +245,49 @@ fn two_agents_whose_reports_have_no_errors_are_no_copies() {
         assert!(found.iter().all(|one| one.code != Code::Copy), "{sigma_m:?}: {found:#?}");
     }
 }
+
+/// Each car leaves the view at its lane's end: `lost` says what becomes of it, after so many seconds.
+fn with_lost(lost: impl Fn(f64) -> bool) -> Vec<Finding> {
+    let memory = std::cell::RefCell::new(Vec::<(i64, Detection)>::new());
+    found(|frame| {
+        let mut memory = memory.borrow_mut();
+        // One car in two seconds is lost where it is.
+        if frame.sequence % 20 == 10 {
+            memory.push((frame.captured_ms, frame.detections[frame.sequence as usize / 20 % 8].clone()));
+        }
+        let kept = memory.iter().filter(|(at, _)| lost(1e-3 * (frame.captured_ms - at) as f64));
+        let kept: Vec<_> = kept.map(|(_, one)| one.clone()).collect();
+        if frame.sequence % 20 != 10 {
+            frame.detections.extend(kept);
+        }
+    })
+}
+
+#[test]
+fn a_list_of_tracks_that_never_forgets_is_told_as_such_and_a_tracker_that_keeps_what_is_missed_is_not() {
+    let is_told =
+        |found: &[Finding]| found.iter().any(|one| one.code == Code::StaleObjects && one.is_fault());
+    let for_ever = with_lost(|_| true);
+    assert!(is_told(&for_ever), "{for_ever:#?}");
+    assert!(for_ever.iter().all(|one| one.code != Code::SigmaTooSmall), "no advice on sigma: {for_ever:#?}");
+    for kept_s in [0.0, 1.0] {
+        let found = with_lost(|passed_s| passed_s <= kept_s);
+        assert!(!is_told(&found), "{kept_s} s: {found:#?}");
+    }
+}
+
+#[test]
+fn exact_reports_of_what_brakes_and_then_stands_are_nothing_that_was_lost() {
+    let braking = |frame: &mut Frame| {
+        let t = 1e-3 * frame.captured_ms as f64;
+        for (n, one) in frame.detections.iter_mut().enumerate() {
+            let (speed, brakes, row) = (12.0, 4.0, n as f64);
+            // Each brakes a second after the one before.
+            let since = (t - 4.0 - row).clamp(0.0, speed / brakes);
+            let at = speed * t.min(4.0 + row) + speed * since - 0.5 * brakes * since * since;
+            (one.x, one.y, one.yaw) = (at - 60.0, 4.0 * row, 0.0);
+        }
+    };
+    let found = findings_where("", |_| {}, braking, |_| {}, |_| None);
+    assert!(found.iter().all(|one| one.code != Code::StaleObjects), "{found:#?}");
+}

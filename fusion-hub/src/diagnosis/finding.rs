@@ -64,6 +64,8 @@ pub enum Code {
     Feedback,
     /// Detections that are those of another agent.
     Copy,
+    /// Objects that it has lost, and sends on.
+    StaleObjects,
     /// Tracks of its own that are not those of objects.
     SourceTracks,
     /// No detection in any frame.

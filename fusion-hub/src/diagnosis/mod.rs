@@ -4,7 +4,7 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
+//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
 //!   `steps`: an agent's own detections, followed over three frames.
 //! - `judge`: what they mean, in words.
 
@@ -18,8 +18,11 @@ mod headings;
 mod judge;
 mod observation;
 mod own_tracks;
+mod paces;
+mod scatter;
 mod sizes;
 mod speeds;
+mod stale;
 mod steps;
 mod streams;
 mod survey;

@@ -72,6 +72,8 @@ impl Survey {
         agent.writing.note(seen);
         agent.sizes.note(seen);
         agent.own_tracks.note(seen);
+        agent.scatter.note(seen);
+        agent.stale.note(seen);
         if let Some(of_whom) = self.places.note(seen) {
             *agent.copied.entry(of_whom).or_default() += 1;
         }
@@ -79,6 +81,7 @@ impl Survey {
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
         if is_of_now {
             agent.speeds.note(seen);
+            agent.paces.note(seen);
         }
         if is_of_now && self.samples.takes(seen.frame.captured_at, seen.frame.id.agent) {
             agent.headings.note(seen, &self.moving);

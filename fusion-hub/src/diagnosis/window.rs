@@ -7,8 +7,11 @@ use super::arrivals::Arrivals;
 use super::contents::Contents;
 use super::headings::Headings;
 use super::own_tracks::OwnTracks;
+use super::paces::Paces;
+use super::scatter::Scatter;
 use super::sizes::Sizes;
 use super::speeds::Speeds;
+use super::stale::Stale;
 use super::streams::Streams;
 use super::velocities::Velocities;
 use super::writing::Writing;
@@ -84,6 +87,9 @@ pub(super) struct AgentSurvey {
     pub(super) speeds: Speeds,
     pub(super) sizes: Sizes,
     pub(super) own_tracks: OwnTracks,
+    pub(super) paces: Paces,
+    pub(super) scatter: Scatter,
+    pub(super) stale: Stale,
     /// Frames that are those of another agent, by whose.
     pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.

@@ -21,6 +21,9 @@ const SPLIT_SHARE: f64 = 0.7;
 /// Tracks of its own that are back, and the share of them that are too far from where they were.
 const MIN_TRACKS: u64 = 50;
 const JUMPED_SHARE: f64 = 0.1;
+/// Objects that are sent on, and detections of these.
+const MIN_STALE: u64 = 3;
+const MIN_STALE_DETECTIONS: u64 = 20;
 /// Share of frames under the number of another one from which numbers are wrong.
 const NUMBERS_SHARE: f64 = 0.1;
 
@@ -28,7 +31,10 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     if one.survey.arrivals.is_one_stamp() {
         return Vec::new();
     }
-    [numbers(one), repetition(one), feedback(one), source_tracks(one)].into_iter().flatten().collect()
+    [numbers(one), repetition(one), feedback(one), stale(one), source_tracks(one)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Frames with other detections under the number of the one before, of which only the first is taken.
@@ -83,6 +89,24 @@ fn repetition(one: &One<'_>) -> Option<Finding> {
         );
         let change = "Where reports are exact and nothing moves in its view, this is right; a sensor's reports vary";
         one.note(Code::Repetition, says, change)
+    })
+}
+
+/// Objects that drove, and then stay where they were to the last digit: a list that forgets none.
+fn stale(one: &One<'_>) -> Option<Finding> {
+    let stale = &one.survey.stale;
+    (stale.objects >= MIN_STALE && stale.detections >= MIN_STALE_DETECTIONS).then(|| {
+        let says = format!(
+            "it sends on what it has lost: {} vehicles drove, and from one frame to the next stay where they were, to the last digit, for \
+             seconds ({} detections)",
+            stale.objects, stale.detections
+        );
+        let change = one.words(
+            "Send what the sensor sees in each frame. Of a tracker's list leave out tracks that this frame has not updated: they never vanish, and \
+             the hub takes each for an object that is seen",
+            "Leave out rows of tracks that the frame has not updated: they never vanish, and each is taken for an object that is seen",
+        );
+        one.fault(Code::StaleObjects, says, change)
     })
 }
 

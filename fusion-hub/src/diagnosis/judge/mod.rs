@@ -11,6 +11,7 @@ mod pairs;
 mod remedy;
 mod reports;
 mod stalls;
+mod units;
 mod writing;
 
 use super::alignment::change::{Change, Rigid};
@@ -58,6 +59,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     let sizes: Vec<_> = with(&[Code::Sizes, Code::SizesSwapped]);
     findings.extend(pairs::findings(window, &known));
+    findings.extend(units(window, around, &findings));
     findings.extend(box_pairs::findings(window, around.source, |agent| sizes.contains(agent)));
     findings.extend(contents::copies(window, around));
     drop_consequences(window, &mut findings);
@@ -72,6 +74,16 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     stalls::merge(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
+}
+
+/// Agents whose positions are in another unit, as they show by themselves: where nothing else is known of their places.
+fn units(window: &Window, around: &Surroundings<'_>, findings: &[Finding]) -> Vec<Finding> {
+    let is_known = |agent: AgentId| {
+        let of_places = findings.iter().filter(|one| one.is_fault() && PLACES.contains(&one.code));
+        of_places.into_iter().any(|one| one.agent.is_none_or(|whose| whose == agent))
+    };
+    let unknown = window.agents.iter().filter(|(agent, _)| !is_known(**agent));
+    unknown.filter_map(|(agent, survey)| units::too_fast(&One { agent: *agent, survey, around })).collect()
 }
 
 /// What an agent that is idle shows, too.
@@ -143,6 +155,8 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
                 && (SIGMAS.contains(&one.code) || one.code == Code::Offset))
             || (has_one(agent, &[Code::PartialFrames, Code::Feedback, Code::Repetition])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Gaps))
+            || (has_one(agent, &[Code::StaleObjects])
+                && (SIGMAS.contains(&one.code) || [Code::Twins, Code::SourceTracks].contains(&one.code)))
             || (fed_back && SIGMAS.contains(&one.code))
             // What cannot be read has no number.
             || (one.code == Code::Gaps && cannot_be_read(window, agent))

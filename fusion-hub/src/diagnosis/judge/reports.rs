@@ -4,7 +4,7 @@ use super::super::finding::{Code, Finding};
 use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
 use super::remedy::remedy;
-use super::writing;
+use super::{units, writing};
 use crate::engine::{Label, Refusal, StampFault};
 use v2x_common::time::Span;
 
@@ -28,6 +28,8 @@ const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
 const NIS: (f64, f64) = (0.25, 4.0);
+/// What positions scatter by is so many times further off than what is learnt.
+const FURTHER: f64 = 2.5;
 /// The range of `sigma_position_m` in the settings.
 const SIGMA_SETTABLE_M: (f64, f64) = (1e-3, 70.0);
 /// A pose that wanders by so much makes what is fused worse, m.
@@ -146,13 +148,25 @@ fn some_of(count: u64, all: u64) -> String {
 
 /// What to do about impossible values, by field and cause. Whoever writes other units or axes has places that are too far away.
 fn advice(dropped: &[((Label, Label), u64)]) -> &'static str {
-    let is_far = |(field, cause): &(Label, Label)| matches!(&**field, "x" | "y") && *cause == OUT_OF_RANGE;
-    match dropped.iter().any(|(cause, _)| is_far(cause)) {
-        true => {
-            "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values"
-        }
-        false => "Correct the fields that are named",
+    let has = |fields: &[&str]| {
+        let is_out = |(field, cause): &(Label, Label)| fields.contains(&&**field) && *cause == OUT_OF_RANGE;
+        dropped.iter().any(|(cause, _)| is_out(cause))
+    };
+    if has(&["x", "y"]) {
+        return "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values";
     }
+    if has(&["w", "d"]) {
+        return "`w` and `d` are the whole width and length in metres: negative ones are of corners in another order, large ones of another unit \
+                or of an image; where they are not known, leave both out";
+    }
+    if has(&["variance of x", "variance of y", "variance of w", "variance of d"]) {
+        return "`sigma` has standard deviations in metres, larger than zero: centimetres, squares of them or zeros give such values; where \
+                none is known, leave it out";
+    }
+    if has(&["score"]) {
+        return "`score` is from 0 to 1: divide per cent by 100; a logit is none";
+    }
+    "Correct the fields that are named"
 }
 
 fn dropped(one: &One<'_>) -> Option<Finding> {
@@ -252,6 +266,35 @@ fn settable(sigma_m: f64) -> f64 {
     sigma_m.clamp(SIGMA_SETTABLE_M.0, SIGMA_SETTABLE_M.1)
 }
 
+/// What is learnt of stated standard deviations is bounded: where the positions scatter by much less yet, or by much more, this is how far
+/// they are off.
+fn far_off(one: &One<'_>, factor: f64) -> Option<Finding> {
+    let (mean_m, sigma_m) = (one.survey.writing.mean_sigma_m()?, one.survey.scatter.sigma_m()?);
+    let by_scatter = sigma_m / mean_m;
+    let is_further = if factor > 1.0 { by_scatter > FURTHER * factor } else { by_scatter < factor / FURTHER };
+    is_further.then(|| {
+        let (code, word, times) = match factor > 1.0 {
+            true => (Code::SigmaTooSmall, "small", by_scatter),
+            false => (Code::SigmaTooLarge, "large", 1.0 / by_scatter),
+        };
+        let unit = units::of_sigmas(times).filter(|_| factor < 1.0);
+        let unit = unit.map(|unit| format!(", as numbers in {} are", unit.name)).unwrap_or_default();
+        let says = format!(
+            "the stated standard deviations of its positions are too {word}, by a factor of about {times:.0}{unit}: from frame to frame they \
+             scatter by {} m, and {} m are stated in the mean",
+            number(sigma_m),
+            number(mean_m)
+        );
+        let change = format!(
+            "{} metres: about {} m instead of {} m, and more where its errors last longer than a frame",
+            one.words("Send `sigma` in", "Write in the columns sx and sy"),
+            number(sigma_m),
+            number(mean_m)
+        );
+        one.fault(code, says, change)
+    })
+}
+
 fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let engine = one.around.engine;
     let record = engine.agents().record(&one.agent)?;
@@ -269,6 +312,9 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     };
     let factor = learnt.or_else(by_nis).filter(|factor| !(FACTOR.0..=FACTOR.1).contains(factor))?;
     let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
+    if let Some(found) = far_off(one, factor).filter(|_| !is_default) {
+        return Some(found);
+    }
     let whose = if is_default { "assumed" } else { "stated" };
     let (code, word, times) = match factor > 1.0 {
         true => (Code::SigmaTooSmall, "small", factor),

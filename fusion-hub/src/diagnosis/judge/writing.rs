@@ -65,7 +65,7 @@ fn turned_pose(one: &One<'_>) -> Option<Finding> {
 }
 
 /// Positions that no sensor at its pose can have seen.
-fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
+pub(super) fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
     let (range_m, n) = one.survey.writing.mean_range()?;
     (range_m > FURTHEST_MEAN_M && n >= MIN_VALUES).then(|| {
         let says = format!("its detections are {range_m:.0} m from its sensor in the mean, further than sensors see");
