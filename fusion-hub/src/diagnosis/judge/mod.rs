@@ -229,6 +229,11 @@ fn unregistered(agents: &[AgentId]) -> Option<Finding> {
 
 /// Where the hub has no time for more agents than this, it is what is slow: one finding instead of one of each.
 const FEW_OVERLOADED: usize = 2;
+/// Why frames are refused then.
+const OF_OVERLOAD: [&str; 2] = ["queue_full", "too_late"];
+/// What frames that wait show, whose ever they are.
+const BY_OVERLOAD: [Code; 5] =
+    [Code::Jitter, Code::Gaps, Code::RateLow, Code::LinkSlow, Code::ClockBehindOrLinkSlow];
 /// Agents that are named then.
 const MOST_NAMED: usize = 8;
 
@@ -248,7 +253,15 @@ fn merge_overload(window: &Window, findings: &mut Vec<Finding>) {
         agents.len(),
         names.join(", ")
     );
-    findings.retain(|one| one.code != Code::Overload);
+    // What waits too long for a hub that has no time arrives too late, of whomever.
+    let only_late = |agent: AgentId| {
+        let mut reasons = window.agents.get(&agent).into_iter().flat_map(|survey| survey.refused.keys());
+        reasons.all(|reason| OF_OVERLOAD.contains(reason))
+    };
+    findings.retain(|one| {
+        let is_late = one.code == Code::FramesRefused && one.agent.is_some_and(only_late);
+        one.code != Code::Overload && !is_late && !BY_OVERLOAD.contains(&one.code)
+    });
     findings.push(Finding::of_network(Code::Overload, says, change));
 }
 
