@@ -74,6 +74,7 @@ impl Survey {
         agent.own_tracks.note(seen);
         agent.scatter.note(seen);
         agent.stale.note(seen);
+        agent.coasting.note(seen);
         if let Some(of_whom) = self.places.note(seen) {
             *agent.copied.entry(of_whom).or_default() += 1;
         }

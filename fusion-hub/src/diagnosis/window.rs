@@ -4,6 +4,7 @@ use super::alignment::Snapshots;
 use super::alignment::fit::{Fit, fit};
 use super::alignment::sizes::{Ratio, ratio};
 use super::arrivals::Arrivals;
+use super::coasting::Coasting;
 use super::contents::Contents;
 use super::headings::Headings;
 use super::own_tracks::OwnTracks;
@@ -90,6 +91,7 @@ pub(super) struct AgentSurvey {
     pub(super) paces: Paces,
     pub(super) scatter: Scatter,
     pub(super) stale: Stale,
+    pub(super) coasting: Coasting,
     /// Frames that are those of another agent, by whose.
     pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.

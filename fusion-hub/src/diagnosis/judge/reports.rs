@@ -61,7 +61,8 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     // What is refused before it is decoded is no observation.
     let heard = survey.arrivals.frames;
     let frames = heard.max(refused);
-    let stands = survey.arrivals.is_one_stamp();
+    // Of times from another epoch nothing more is to be said.
+    let stands = survey.arrivals.is_one_stamp() || survey.arrivals.counts_from_1980();
     let is_reported = |reason: &str, count: u64| {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
@@ -148,6 +149,9 @@ fn some_of(count: u64, all: u64) -> String {
 
 /// What to do about impossible values, by field and cause. Whoever writes other units or axes has places that are too far away.
 fn advice(dropped: &[((Label, Label), u64)]) -> &'static str {
+    if dropped.iter().all(|((_, cause), _)| *cause != OUT_OF_RANGE) && !dropped.is_empty() {
+        return "What is not known is left out, or null: NaN and infinity are no numbers";
+    }
     let has = |fields: &[&str]| {
         let is_out = |(field, cause): &(Label, Label)| fields.contains(&&**field) && *cause == OUT_OF_RANGE;
         dropped.iter().any(|(cause, _)| is_out(cause))
@@ -156,7 +160,7 @@ fn advice(dropped: &[((Label, Label), u64)]) -> &'static str {
         return "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values";
     }
     if has(&["w", "d"]) {
-        return "`w` and `d` are the whole width and length in metres: negative ones are of corners in another order, large ones of another unit \
+        return "`w` and `d` are the whole width and length in metres: negative ones, or such as coordinates, are of corners (x1, y1, x2, y2), large ones of another unit \
                 or of an image; where they are not known, leave both out";
     }
     if has(&["variance of x", "variance of y", "variance of w", "variance of d"]) {
@@ -202,7 +206,14 @@ fn unknown_classes(one: &One<'_>) -> Option<Finding> {
             unmapped.in_words()
         );
         let (setting, which) = unmapped.setting();
-        let change = format!("They are fused as `unknown`. Write {}, with {which}", one.setting(&setting));
+        let change = if unmapped.have_scores() {
+            format!(
+                "They are fused as `unknown`. {} the class alone, such as \"car\", and the number beside it as the score, from 0 to 1",
+                one.words("Send as `class`", "Write in the column class")
+            )
+        } else {
+            format!("They are fused as `unknown`. Write {}, with {which}", one.setting(&setting))
+        };
         odd(one, Code::UnknownClasses, count, (says, change))
     })
 }

@@ -29,6 +29,8 @@ const SPEEDS: f64 = 3.0;
 
 /// Images are no wider or higher.
 const MOST_PIXELS: f64 = 8_192.0;
+/// The middle of an image is so far from its corner, as a part of what is seen.
+const OFF_ORIGIN: f64 = 0.25;
 
 fn nearest(factor: f64, within: f64) -> impl Iterator<Item = Unit> {
     UNITS.into_iter().filter(move |unit| factor <= unit.per_m * within && unit.per_m <= factor * within)
@@ -44,10 +46,15 @@ pub(super) fn of_sigmas(times: f64) -> Option<Unit> {
     nearest(times, SIGMAS).find(|unit| unit.per_m >= 100.0)
 }
 
-/// Whether all its positions can be those of an image.
+/// Whether its positions can be those of an image: these are about its middle, and a map's are about its origin.
 fn may_be_image(one: &One<'_>) -> bool {
     let extent = one.survey.writing.extent;
-    extent.is_some_and(|axes| axes.iter().all(|(least, most)| *least >= 0.0 && *most <= MOST_PIXELS))
+    extent.is_some_and(|axes| {
+        axes.iter().all(|(least, most)| {
+            let (middle, spread) = (f64::midpoint(*least, *most), most - least);
+            *most <= MOST_PIXELS && middle >= OFF_ORIGIN * spread
+        })
+    })
 }
 
 /// Everything that it sees is too fast for metres.
