@@ -28,6 +28,8 @@ const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
 const NIS: (f64, f64) = (0.25, 4.0);
+/// Positions with such standard deviations say nothing of where something is on a road, m.
+const USELESS_M: f64 = 12.0;
 /// What positions scatter by is so many times further off than what is learnt.
 const FURTHER: f64 = 2.5;
 /// The range of `sigma_position_m` in the settings.
@@ -279,10 +281,16 @@ fn settable(sigma_m: f64) -> f64 {
 
 /// What is learnt of stated standard deviations is bounded: where the positions scatter by much less yet, or by much more, this is how far
 /// they are off.
-fn far_off(one: &One<'_>, factor: f64) -> Option<Finding> {
+fn far_off(one: &One<'_>, learnt: Option<f64>) -> Option<Finding> {
     let (mean_m, sigma_m) = (one.survey.writing.mean_sigma_m()?, one.survey.scatter.sigma_m()?);
     let by_scatter = sigma_m / mean_m;
-    let is_further = if factor > 1.0 { by_scatter > FURTHER * factor } else { by_scatter < factor / FURTHER };
+    let is_of_centimetres = by_scatter < 1.0 && units::of_sigmas(1.0 / by_scatter).is_some();
+    let (factor, is_further) = match learnt {
+        Some(factor) if factor > 1.0 => (factor, by_scatter > FURTHER * factor),
+        Some(factor) => (factor, by_scatter < factor / FURTHER),
+        // Errors that last do not show in what scatters: but no sensor that is of use errs so.
+        None => (by_scatter, mean_m >= USELESS_M && is_of_centimetres),
+    };
     is_further.then(|| {
         let (code, word, times) = match factor > 1.0 {
             true => (Code::SigmaTooSmall, "small", by_scatter),
@@ -316,16 +324,18 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     if !is_enough {
         return None;
     }
+    let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
     let learnt = engine.learnt(&one.agent).map(|learnt| learnt.sigma_factor).filter(|factor| *factor != 1.0);
     let by_nis = || {
         let nis = record.statistics.recent_nis_per_dof(engine.now())?;
         (!(NIS.0..=NIS.1).contains(&nis)).then(|| libm::sqrt(nis))
     };
-    let factor = learnt.or_else(by_nis).filter(|factor| !(FACTOR.0..=FACTOR.1).contains(factor))?;
-    let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
+    let factor = learnt.or_else(by_nis).filter(|factor| !(FACTOR.0..=FACTOR.1).contains(factor));
+    // Of an agent alone whose reports say next to nothing nothing is learnt.
     if let Some(found) = far_off(one, factor).filter(|_| !is_default) {
         return Some(found);
     }
+    let factor = factor?;
     let whose = if is_default { "assumed" } else { "stated" };
     let (code, word, times) = match factor > 1.0 {
         true => (Code::SigmaTooSmall, "small", factor),
