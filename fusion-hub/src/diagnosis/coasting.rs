@@ -9,7 +9,7 @@ use v2x_common::detection::Detection;
 use v2x_common::time::{Span, Timestamp};
 
 /// Objects that are followed, for how long without a detection, and detections of a frame that are looked at.
-const MAX_THREADS: usize = 64;
+const MAX_THREADS: usize = 32;
 const FOLLOWED: Span = Span::from_millis(400);
 const MAX_DETECTIONS: usize = 32;
 /// Frames so far apart show how something moves.
@@ -62,14 +62,17 @@ impl Coasting {
         }
         self.threads.retain(|thread| now - thread.at <= FOLLOWED);
         let (mut all, mut met) = (std::mem::take(&mut self.threads), Vec::new());
-        let places = seen.frame.detections.iter().filter(|one| drives(one)).take(MAX_DETECTIONS);
+        // Of a list in the order of its tracks the newest are followed: the others may have been lost before.
+        let places = seen.frame.detections.iter().rev().filter(|one| drives(one)).take(MAX_DETECTIONS);
         let mut others: Vec<_> = places.map(|one| [one.bev.x, one.bev.y]).collect();
         // What goes exactly is met first: what is near may be another object.
         for within_m in [EXACT_M, NEAR_M] {
             others.retain(|place| {
-                let next = |thread: &Thread| thread.off_m(*place, now);
-                let nearest = (0..all.len()).min_by(|a, b| next(&all[*a]).total_cmp(&next(&all[*b])));
-                let Some(found) = nearest.filter(|k| next(&all[*k]) <= within_m) else { return true };
+                let off_m2 = all.iter().map(|thread| thread.off_m2(*place, now)).enumerate();
+                let nearest = off_m2.min_by(|(_, a), (_, b)| a.total_cmp(b));
+                let Some((found, _)) = nearest.filter(|(_, off_m2)| *off_m2 <= within_m * within_m) else {
+                    return true;
+                };
                 met.push((all.swap_remove(found), *place));
                 false
             });
@@ -89,7 +92,7 @@ impl Coasting {
         let step = [0, 1].map(|k| place[k] - thread.place[k]);
         let mut next = Thread { at: now, place, step: Some((step, took_s)), ..thread };
         let Some((before, before_s)) = thread.step else { return next };
-        let is_exact = thread.off_m(place, now) <= EXACT_M;
+        let is_exact = thread.off_m2(place, now) <= EXACT_M * EXACT_M;
         let change = [0, 1].map(|k| step[k] / took_s - before[k] / before_s);
         let scatters = libm::hypot(change[0], change[1]) > SCATTERS_MPS2 * took_s;
         next.scattered = (thread.scattered << 1) | u8::from(scatters);
@@ -112,11 +115,12 @@ impl Thread {
         Self { at, place, step: None, scattered: 0, exact_since: None, is_counted: false }
     }
 
-    /// How far a place is from where it leads to, at one speed or with one step a frame, m.
-    fn off_m(&self, place: [f64; 2], now: Timestamp) -> f64 {
+    /// How far a place is from where it leads to, at one speed or with one step a frame, m².
+    fn off_m2(&self, place: [f64; 2], now: Timestamp) -> f64 {
+        let step = self.step.map_or([0.0; 2], |(step, _)| step);
         let off = |by: f64| {
-            let step = self.step.map_or([0.0; 2], |(step, _)| step);
-            libm::hypot(place[0] - self.place[0] - by * step[0], place[1] - self.place[1] - by * step[1])
+            let [x, y] = [0, 1].map(|k| place[k] - self.place[k] - by * step[k]);
+            x * x + y * y
         };
         let by = self.step.map_or(0.0, |(_, took_s)| (now - self.at).as_secs_f64() / took_s);
         off(by).min(off(1.0))

@@ -72,6 +72,8 @@ pub enum Code {
     SeesNothing,
     /// Positions further from the sensor than any sees.
     FarFromSensor,
+    /// A described field of view that is not that of its detections.
+    FieldOfView,
     /// Positions tens of kilometres from those of everybody else.
     FarAway,
     /// No standard deviations of positions: defaults are in use.

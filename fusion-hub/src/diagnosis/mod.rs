@@ -4,7 +4,7 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `coasting`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
+//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `coasting`, `views`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
 //!   `steps`: an agent's own detections, followed over three frames.
 //! - `judge`: what they mean, in words.
 
@@ -28,6 +28,7 @@ mod steps;
 mod streams;
 mod survey;
 mod velocities;
+mod views;
 mod window;
 mod writing;
 

@@ -12,8 +12,10 @@ use v2x_common::time::{Span, Timestamp};
 /// Frames so far apart are compared.
 const APART: (Span, Span) = (Span::from_millis(250), Span::from_millis(900));
 /// Most detections of a frame that are looked at, and values that are kept.
-const MAX_DETECTIONS: usize = 48;
+const MAX_DETECTIONS: usize = 24;
 const MAX_RATIOS: usize = 128;
+/// Frames of a window that are compared.
+const MAX_COMPARED: u32 = 24;
 /// Fewest values that say anything, and how many times as many as those of a possible speed there are.
 const MIN_FAST: usize = 25;
 const TIMES: usize = 2;
@@ -30,6 +32,7 @@ pub(super) struct Paces {
     /// Too fast: speeds, and as parts of the usual ones.
     fast: Vec<[f64; 2]>,
     possible: usize,
+    compared: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -61,7 +64,7 @@ const fn speeds(group: ClassGroup) -> Option<[f64; 2]> {
 
 impl Paces {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
-        if self.fast.len() + self.possible >= MAX_RATIOS {
+        if self.fast.len() + self.possible >= MAX_RATIOS || self.compared >= MAX_COMPARED {
             return;
         }
         let now = seen.frame.captured_at;
@@ -79,6 +82,7 @@ impl Paces {
 
     fn compare(&mut self, now: &Seen) {
         let (Some(before), Some(last)) = (&self.before, &self.last) else { return };
+        self.compared += 1;
         let steps_s = [last.at - before.at, now.at - last.at].map(Span::as_secs_f64);
         let frames = [before, last, now].map(|one| &one.places[..]);
         for (k, class) in last.classes.iter().enumerate() {

@@ -8,7 +8,9 @@ use v2x_common::time::{Span, Timestamp};
 /// Frames no further apart are compared: what brakes or turns is off by centimetres then.
 const APART: Span = Span::from_millis(220);
 /// Most detections of a frame that are looked at, values that are kept, and fewest that say anything.
-const MAX_DETECTIONS: usize = 32;
+const MAX_DETECTIONS: usize = 24;
+/// Frames of a window that are compared.
+const MAX_COMPARED: u32 = 40;
 const MAX_VALUES: usize = 400;
 const MIN_VALUES: usize = 80;
 /// The middle of the magnitudes of normal errors, as a part of their standard deviation.
@@ -23,11 +25,12 @@ pub(super) struct Scatter {
     last: Option<(Timestamp, Vec<[f64; 2]>)>,
     /// Magnitudes along the axes, m, as of one position.
     values: Vec<f64>,
+    compared: u32,
 }
 
 impl Scatter {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
-        if self.values.len() >= MAX_VALUES {
+        if self.values.len() >= MAX_VALUES || self.compared >= MAX_COMPARED {
             return;
         }
         let places = seen.frame.detections.iter().take(MAX_DETECTIONS).map(|one| [one.bev.x, one.bev.y]);
@@ -42,6 +45,7 @@ impl Scatter {
         if !steps.iter().all(|step| *step > Span::ZERO && *step <= APART) {
             return;
         }
+        self.compared += 1;
         let steps_s = steps.map(Span::as_secs_f64);
         let shares = steps_s.map(|step_s| step_s / (steps_s[0] + steps_s[1]));
         // Of the middle between two others.

@@ -12,7 +12,9 @@ use v2x_common::time::{Span, Timestamp};
 /// Places that are remembered, for how long, and detections of a frame that are looked at.
 const MAX_PLACES: usize = 1_024;
 const REMEMBERED: Span = Span::from_millis(1_000);
-const MAX_DETECTIONS: usize = 64;
+const MAX_DETECTIONS: usize = 48;
+/// Places are looked through this often.
+const PRUNED: Span = Span::from_millis(500);
 /// Frames so far apart show how fast something was.
 const APART: (Span, Span) = (Span::from_millis(20), Span::from_millis(300));
 /// What was so fast drove, m/s.
@@ -28,6 +30,7 @@ pub(super) struct Stale {
     /// Places that are new in the last frame.
     new: Vec<([f64; 2], Class)>,
     last_at: Option<Timestamp>,
+    pruned_at: Option<Timestamp>,
     /// Objects that drove and then stood for ever, and detections that say so.
     pub(super) objects: u64,
     pub(super) detections: u64,
@@ -53,9 +56,12 @@ impl Stale {
         }
         self.last_at = Some(now);
         let passed = passed.filter(|passed| *passed >= APART.0 && *passed <= APART.1);
-        self.places.retain(|_, place| (now - place.last).abs() <= REMEMBERED);
+        if self.pruned_at.is_none_or(|at| (now - at).abs() >= PRUNED) {
+            self.places.retain(|_, place| (now - place.last).abs() <= REMEMBERED);
+            self.pruned_at = Some(now);
+        }
         let before = std::mem::take(&mut self.new);
-        for one in seen.frame.detections.iter().filter(|one| drives(one)).take(MAX_DETECTIONS) {
+        for one in seen.frame.detections.iter().rev().filter(|one| drives(one)).take(MAX_DETECTIONS) {
             let at = [one.bev.x, one.bev.y];
             let key = at.map(f64::to_bits);
             if let Some(place) = self.places.get_mut(&key) {

@@ -15,6 +15,7 @@ use super::speeds::Speeds;
 use super::stale::Stale;
 use super::streams::Streams;
 use super::velocities::Velocities;
+use super::views::Views;
 use super::writing::Writing;
 use crate::engine::{AgentRecord, Engine, Label, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
@@ -92,6 +93,7 @@ pub(super) struct AgentSurvey {
     pub(super) scatter: Scatter,
     pub(super) stale: Stale,
     pub(super) coasting: Coasting,
+    pub(super) views: Views,
     /// Frames that are those of another agent, by whose.
     pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.

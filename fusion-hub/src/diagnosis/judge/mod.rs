@@ -138,6 +138,8 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
+            || (one.code == Code::FieldOfView
+                && (places_are_wrong || has_one(agent, &[Code::FarAway, Code::FarFromSensor])))
             || (one.code == Code::FarFromSensor && (places_are_wrong || has_one(agent, &[Code::FarAway])))
             || (one.code == Code::Twins && (places_are_wrong || has_one(agent, &[Code::Feedback])))
             || (has_one(agent, &[Code::FarFromSensor]) && SIGMAS.contains(&one.code))

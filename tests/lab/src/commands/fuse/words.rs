@@ -145,9 +145,11 @@ fn unknown_classes<R: Read>(log: &DetectionLog<R>) -> Vec<Finding> {
             names.total(),
             names.in_words()
         );
-        let change = format!(
-            "Write `{setting}` under `[hub.agents.{sensor}]` in the file of --hub-config, with {which}"
-        );
+        let change = if names.have_scores() {
+            "Write in the column class the class alone, such as car, and the number beside it in the column score, from 0 to 1".to_owned()
+        } else {
+            format!("Write `{setting}` under `[hub.agents.{sensor}]` in the file of --hub-config, with {which}")
+        };
         of_log(Code::UnknownClasses, Some(*sensor), says, change).as_note()
     });
     findings.collect()
