@@ -127,10 +127,17 @@ impl Paces {
             of(&self.vehicles, FAST_VEHICLES_MPS, FASTEST_VEHICLES_MPS).map(|fast| ("vehicles", fast));
         let people = || of(&self.people, FAST_PEOPLE_MPS, FASTEST_PEOPLE_MPS).map(|fast| ("people", fast));
         let (who, fast_mps) = vehicles.or_else(people)?;
+        let kmh = 3.6 * fast_mps;
+        // A town in decimetres is as fast as a motorway in feet.
+        let (unit, how) = match vehicles {
+            Some(_) => (
+                format!("feet ({:.0} km/h then) or decimetres ({:.0} km/h)", kmh / FOOT, kmh / 10.0),
+                "0.3048, or 0.1",
+            ),
+            None => (format!("feet ({:.0} km/h then)", kmh / FOOT), "0.3048"),
+        };
         Some(format!(
-            "{who} go up to {fast_mps:.1} m/s ({:.0} km/h): x and y look like feet; write metres (x · 0.3048), also of w and d ({:.0} km/h then)",
-            3.6 * fast_mps,
-            3.6 * fast_mps / FOOT
+            "{who} go up to {fast_mps:.1} m/s ({kmh:.0} km/h): x and y look like {unit}; write metres (x · {how}), also of w and d"
         ))
     }
 }
@@ -183,6 +190,8 @@ mod tests {
         let walk = |t: f64, factor: f64| (t, factor * 1.4 * t);
         let feet = said(FourWheeled, (0.1, [22.0, 25.0, 20.0, 26.0]), |t, x| (t, FOOT * x));
         assert!(feet.len() == 1 && feet[0].contains("feet") && feet[0].contains("0.3048"), "{feet:?}");
+        let tenths = said(FourWheeled, (0.1, [8.0, 10.0, 12.0, 11.0]), |t, x| (t, 10.0 * x));
+        assert!(tenths.len() == 1 && tenths[0].contains("or decimetres"), "{tenths:?}");
         let people = said(Pedestrian, (0.1, [0.0; 4]), |t, _| walk(t, FOOT));
         assert!(people.len() == 1 && people[0].contains("feet"), "{people:?}");
         assert_eq!(said(FourWheeled, (0.1, [30.0, 36.0, 40.0, 38.0]), |t, x| (t, x)), [""; 0]);

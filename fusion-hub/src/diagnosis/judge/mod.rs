@@ -138,6 +138,10 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
+            // The line that reads headings as degrees reads that of the pose so, too.
+            || (one.code == Code::SensorPose
+                && has_one(agent, &[Code::Degrees])
+                && window.agents.get(&agent).is_some_and(|survey| survey.writing.turned_poses > 0))
             || (one.code == Code::FieldOfView
                 && (places_are_wrong || has_one(agent, &[Code::FarAway, Code::FarFromSensor])))
             || (one.code == Code::FarFromSensor && (places_are_wrong || has_one(agent, &[Code::FarAway])))

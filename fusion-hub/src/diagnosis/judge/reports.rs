@@ -321,10 +321,11 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let is_enough = record.statistics.innovations.count >= MIN_INNOVATIONS
         && arrivals.frames >= MIN_VALUES
         && arrivals.lasted() >= INNOVATIONS_FOR;
-    if !is_enough {
-        return None;
-    }
     let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
+    if !is_enough {
+        // Reports that say next to nothing begin no track, and so there are no innovations.
+        return if is_default { None } else { far_off(one, None) };
+    }
     let learnt = engine.learnt(&one.agent).map(|learnt| learnt.sigma_factor).filter(|factor| *factor != 1.0);
     let by_nis = || {
         let nis = record.statistics.recent_nis_per_dof(engine.now())?;
