@@ -294,12 +294,12 @@ fn with_predicted(lost: impl Fn(f64) -> bool) -> Vec<Finding> {
                 (one.x, one.y, one.yaw) = (seen[0] + scatter(0), seen[1] + scatter(1), 0.0);
                 memory.retain(|(of, _)| *of != begins);
                 memory.push((begins, one.clone()));
-                frame.detections.insert(0, one);
+                frame.detections.push(one);
             } else if let Some((_, last)) =
                 memory.iter().find(|(of, _)| *of == begins).filter(|_| lost(passed - 1.4))
             {
                 (one.x, one.y, one.yaw) = (last.x + 9.3 * (passed - 1.4), last.y + 0.2 * (passed - 1.4), 0.0);
-                frame.detections.insert(0, one);
+                frame.detections.push(one);
             }
         }
     })

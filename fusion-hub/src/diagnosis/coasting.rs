@@ -9,14 +9,16 @@ use v2x_common::detection::Detection;
 use v2x_common::time::{Span, Timestamp};
 
 /// Objects that are followed, for how long without a detection, and detections of a frame that are looked at.
-const MAX_THREADS: usize = 32;
+const MAX_THREADS: usize = 24;
 const FOLLOWED: Span = Span::from_millis(400);
-const MAX_DETECTIONS: usize = 32;
+const MAX_DETECTIONS: usize = 24;
 /// Frames so far apart show how something moves.
 const APART: (Span, Span) = (Span::from_millis(20), Span::from_millis(300));
 /// Where the one before leads to, to rounding, m; and as near as its next detection is.
 const EXACT_M: f64 = 2e-3;
 const NEAR_M: f64 = 2.0;
+/// Times between frames that differ by such a share are alike.
+const SAME_STEP: f64 = 1e-6;
 /// No vehicle changes its velocity so, m/s²: positions scatter, in so many of the last eight steps.
 const SCATTERS_MPS2: f64 = 15.0;
 const MIN_SCATTERED: u32 = 3;
@@ -65,18 +67,15 @@ impl Coasting {
         // Of a list in the order of its tracks the newest are followed: the others may have been lost before.
         let places = seen.frame.detections.iter().rev().filter(|one| drives(one)).take(MAX_DETECTIONS);
         let mut others: Vec<_> = places.map(|one| [one.bev.x, one.bev.y]).collect();
-        // What goes exactly is met first: what is near may be another object.
-        for within_m in [EXACT_M, NEAR_M] {
-            others.retain(|place| {
-                let off_m2 = all.iter().map(|thread| thread.off_m2(*place, now)).enumerate();
-                let nearest = off_m2.min_by(|(_, a), (_, b)| a.total_cmp(b));
-                let Some((found, _)) = nearest.filter(|(_, off_m2)| *off_m2 <= within_m * within_m) else {
-                    return true;
-                };
-                met.push((all.swap_remove(found), *place));
-                false
-            });
-        }
+        others.retain(|place| {
+            let off_m2 = all.iter().map(|thread| thread.off_m2(*place, now)).enumerate();
+            let nearest = off_m2.min_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((found, _)) = nearest.filter(|(_, off_m2)| *off_m2 <= NEAR_M * NEAR_M) else {
+                return true;
+            };
+            met.push((all.swap_remove(found), *place));
+            false
+        });
         for (thread, place) in met {
             let thread = self.went_on(thread, place, now);
             self.threads.push(thread);
@@ -122,8 +121,9 @@ impl Thread {
             let [x, y] = [0, 1].map(|k| place[k] - self.place[k] - by * step[k]);
             x * x + y * y
         };
-        let by = self.step.map_or(0.0, |(_, took_s)| (now - self.at).as_secs_f64() / took_s);
-        off(by).min(off(1.0))
+        let by = self.step.map_or(1.0, |(_, took_s)| (now - self.at).as_secs_f64() / took_s);
+        let with_one_step = off(1.0);
+        if (by - 1.0).abs() < SAME_STEP { with_one_step } else { with_one_step.min(off(by)) }
     }
 }
 

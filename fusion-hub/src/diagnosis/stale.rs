@@ -12,7 +12,7 @@ use v2x_common::time::{Span, Timestamp};
 /// Places that are remembered, for how long, and detections of a frame that are looked at.
 const MAX_PLACES: usize = 1_024;
 const REMEMBERED: Span = Span::from_millis(1_000);
-const MAX_DETECTIONS: usize = 48;
+const MAX_DETECTIONS: usize = 24;
 /// Places are looked through this often.
 const PRUNED: Span = Span::from_millis(500);
 /// Frames so far apart show how fast something was.
