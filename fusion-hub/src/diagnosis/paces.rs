@@ -70,7 +70,7 @@ impl Paces {
         let now = seen.frame.captured_at;
         let passed = |from: &Option<Seen>| from.as_ref().map(|from| now - from.at);
         match passed(&self.last) {
-            Some(passed) if passed >= Span::ZERO && passed < APART.0 => return,
+            Some(passed) if passed >= Span::ZERO && passed < APART.0 => {}
             Some(passed) if passed >= APART.0 && passed <= APART.1 => {
                 let now = Seen::of(seen);
                 self.compare(&now);

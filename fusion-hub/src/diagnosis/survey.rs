@@ -208,7 +208,7 @@ fn is_followed(agent: &AgentId, n_agents: usize, window: usize) -> bool {
     let n_parts = n_agents.div_ceil(MAX_FOLLOWED).max(1);
     let part =
         agent.as_str().bytes().fold(0_usize, |sum, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
-    (part % n_parts + window) % n_parts == 0
+    (part % n_parts + window).is_multiple_of(n_parts)
 }
 
 /// Which frames are compared.

@@ -41,7 +41,7 @@ impl Views {
     pub(super) fn note(&mut self, seen: &Observation<'_>) {
         let Some(pose) = seen.frame.sensor_pose else { return };
         self.frames += 1;
-        if self.frames % EVERY != 0 || self.seen.len() >= MAX_SEEN {
+        if !self.frames.is_multiple_of(EVERY) || self.seen.len() >= MAX_SEEN {
             return;
         }
         let places = seen.frame.detections.iter().take(MAX_OF_FRAME).map(|one| (one.bev.x, one.bev.y));
