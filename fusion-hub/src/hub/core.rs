@@ -58,7 +58,7 @@ impl Core {
         Self { settings, engine, survey: Survey::default(), is_surveyed: true, names }
     }
 
-    /// The same core without findings, for those who ask for none: gathering what they need costs about as much as fusing.
+    /// The same core without findings, for those who ask for none: to gather what they need costs time with each frame.
     #[must_use]
     pub fn unsurveyed(self) -> Self {
         Self { is_surveyed: false, ..self }
