@@ -72,6 +72,17 @@ impl UnmappedNames {
         (format!("classes = {{ {} }}", names.join(", ")), format!("{which}: {USUAL_CLASSES}"))
     }
 
+    /// Whether most of them end in a number, as where a label has its score with it.
+    pub fn have_scores(&self) -> bool {
+        let has_score = |name: &str| {
+            let last = name.rsplit([' ', ':', '=', '(']).next().filter(|last| last.len() < name.len());
+            let number = last.map(|last| last.trim_end_matches(['%', ')']));
+            number.is_some_and(|number| number.parse::<f64>().is_ok())
+        };
+        let n_scores = self.names.keys().filter(|name| has_score(name)).count();
+        self.names.len() > 2 && 2 * n_scores > self.names.len()
+    }
+
     fn by_number(&self) -> impl Iterator<Item = (&str, u64)> {
         let mut names: Vec<_> = self.names().collect();
         names.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(b.0)));
@@ -99,6 +110,17 @@ mod tests {
             names.in_words().ends_with(", …")
                 && names.setting().0.matches(" = \"CLASS\"").count() == MOST_LISTED
         );
+    }
+
+    #[test]
+    fn labels_with_their_scores_are_told_from_names_of_classes() {
+        let of = |names: &[&str]| {
+            let mut all = UnmappedNames::default();
+            names.iter().for_each(|name| all.add(name));
+            all.have_scores()
+        };
+        assert!(of(&["car 0.76", "car 0.61", "truck 0.9"]) && of(&["car: 87%", "car: 61%", "bus: 7%"]));
+        assert!(!of(&["Kfz", "Rad", "Person 1"]) && !of(&["0", "1", "2", "7"]) && !of(&["type 3"]));
     }
 
     #[test]

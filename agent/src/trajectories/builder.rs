@@ -11,6 +11,7 @@ use v2x_common::unmapped_names::USUAL_CLASSES;
 use super::error::TrafficError;
 use super::headings;
 use super::options::ReadOptions;
+use super::paces::Paces;
 use super::remarks::{self, Place, Survey};
 use super::sizes::Sizes;
 use super::traffic::{Format, RecordedObject, Remarks, Traffic};
@@ -250,11 +251,17 @@ impl<'a> Builder<'a> {
         }
         let places = self.drafts.iter().map(|draft| draft.rows.iter().map(|row| (row.t, &row.pose)));
         let units = Units::of(places, step).warnings();
+        // What has another unit of time has no speed.
+        let mut paces = Paces::default();
+        for draft in self.drafts.iter().filter(|_| units.is_empty() && format != Format::SumoFcd) {
+            paces.add(draft.class.group(), draft.rows.iter().map(|row| (row.t, &row.pose)), max_gap);
+        }
         self.note(origin);
         self.areas.iter_mut().flatten().for_each(|(x, y)| (*x, *y) = (*x - origin.0, *y - origin.1));
         let objects = std::mem::take(&mut self.drafts).into_iter();
         let objects: Vec<_> = objects.map(|draft| draft.object(first, origin, max_gap)).collect();
         self.remarks.warnings.extend(units);
+        self.remarks.warnings.extend(paces.warnings(step));
         self.remarks.warnings.extend(self.sizes.warnings(objects.len()));
         self.remarks.warnings.extend(remarks::warnings(&survey, format));
         Ok(Traffic {

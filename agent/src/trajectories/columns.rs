@@ -74,6 +74,9 @@ const NAMES: &[(&str, Column)] = &[
     ("vy", Column::Silent),
 ];
 
+/// Names of numbers of frames.
+const FRAMES: [&str; 5] = ["frame", "frame_id", "frame_nr", "framenum", "frame_number"];
+
 /// Names of coordinates in degrees.
 const DEGREES: [&str; 5] = ["lon", "lng", "longitude", "lat", "latitude"];
 
@@ -85,15 +88,19 @@ pub(super) struct Columns {
     pub(super) ignored: Vec<String>,
     pub(super) format: Format,
     pub(super) n: usize,
+    /// Rows have the number of their frame.
+    has_frame_numbers: bool,
 }
 
 impl Columns {
     /// Of a header.
     pub(super) fn of<'a>(header: impl Iterator<Item = &'a str>) -> Self {
         let (mut places, mut ignored, mut n) = (Vec::<(Column, usize, String)>::new(), Vec::new(), 0);
+        let mut has_frame_numbers = false;
         for (place, name) in header.enumerate() {
             n = place + 1;
             let folded = name.to_ascii_lowercase();
+            has_frame_numbers |= FRAMES.contains(&folded.as_str());
             match NAMES.iter().find(|(known, _)| *known == folded).map(|(_, column)| *column) {
                 Some(Column::Silent) => {}
                 Some(column) if places.iter().all(|(other, ..)| *other != column) => {
@@ -110,7 +117,7 @@ impl Columns {
         } else {
             Format::Csv
         };
-        Self { places, ignored, format, n }
+        Self { places, ignored, format, n, has_frame_numbers }
     }
 
     /// Place and name of a column.
@@ -148,6 +155,10 @@ impl Columns {
             return format!(
                 ". Name the column {name} t_s where it is in seconds, or t_ms where it is in milliseconds"
             );
+        }
+        if missing.contains(&"t") && self.has_frame_numbers {
+            return ". Numbers of frames are no times: write a column t in seconds (frame / frames a second)"
+                .to_owned();
         }
         let near = self.ignored.iter().find_map(|name| {
             let known = NAMES

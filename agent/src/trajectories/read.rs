@@ -27,7 +27,7 @@ pub fn read(mut input: impl BufRead, options: &ReadOptions) -> Result<Traffic, T
             "is JSON; expected CSV, or the XML of SUMO (--fcd-output) or CommonRoad; of nuScenes name the folder of its tables",
         )),
         _ => {
-            let delimiter = delimiter(text);
+            let delimiter = separator_of(text);
             table::read(input, delimiter, options)
         }
     }
@@ -60,8 +60,8 @@ fn xml(mut xml: Xml<impl BufRead>, options: &ReadOptions) -> Result<Traffic, Tra
     }
 }
 
-/// The separator that the first line has most of.
-fn delimiter(text: &[u8]) -> u8 {
+/// The separator that the first line of a table has most of.
+pub fn separator_of(text: &[u8]) -> u8 {
     let line = text.trim_ascii_start().split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
     let count = |delimiter: u8| line.iter().filter(|byte| **byte == delimiter).count();
     // Of equal numbers the last one counts.

@@ -36,6 +36,8 @@ pub(super) struct Sizes {
     small: u64,
     large: u64,
     sums_m: [f64; 2],
+    /// Of the areas of their classes.
+    typical_m2: f64,
 }
 
 impl Sizes {
@@ -55,6 +57,7 @@ impl Sizes {
         let parts = [w / typical_w, d / typical_d];
         self.first.get_or_insert_with(odd);
         self.vehicles += 1;
+        self.typical_m2 += typical_w * typical_d;
         self.small += u64::from((0..2).all(|k| parts[k] <= SMALL[k]));
         self.large += u64::from((0..2).all(|k| parts[k] >= LARGE[k]));
         self.sums_m = [self.sums_m[0] + w, self.sums_m[1] + d];
@@ -79,8 +82,14 @@ impl Sizes {
         let is_wrong = share(self.small.max(self.large)) >= MOST && n_objects >= MIN_OBJECTS;
         if let Some(first) = self.first.as_ref().filter(|_| is_wrong) {
             let [w, d] = self.sums_m.map(|sum| sum / self.vehicles as f64);
-            let guess =
-                if self.small > self.large { "are they halves of boxes" } else { "are they in metres" };
+            let guess = match w * d / self.typical_m2 * self.vehicles as f64 {
+                area if area < 1.0 => "are they halves of boxes",
+                area if (8.0..14.0).contains(&area) => {
+                    "are they in feet, and write metres (· 0.3048), also of x and y"
+                }
+                area if (70.0..140.0).contains(&area) => "are they in decimetres, as x and y may be, too",
+                _ => "are they in metres",
+            };
             warnings.push(format!(
                 "vehicles are {w:.2} m wide and {d:.2} m long in the mean, too {} for vehicles, the first one in line {} ({}): {guess}?",
                 if self.small > self.large { "small" } else { "large" },
@@ -135,7 +144,8 @@ mod tests {
         one(&[(Car, 1.8, 4.5), (Adult, 0.6, 0.05)], "20 rows have sizes that nothing on a road has");
         one(&[(Car, 0.9, 2.25), (Car, 0.95, 2.4)], "halves of boxes");
         one(&[(Car, 3.6, 9.0), (Car, 3.8, 9.6)], "too large for vehicles");
-        one(&[(Car, 18.0, 45.0), (Car, 19.0, 48.0)], "too large for vehicles");
+        one(&[(Car, 18.0, 45.0), (Car, 19.0, 48.0)], "in decimetres");
+        one(&[(Car, 5.9, 14.8), (Car, 6.2, 15.1)], "in feet");
         one(&[(Car, 4.5, 1.8), (Truck, 8.0, 2.5)], "wider than long");
         let sound = [
             (Car, 1.8, 4.5),

@@ -48,7 +48,8 @@ impl Engine {
         let config = json.map(|text| (text, true)).or(toml.map(|text| (text, false)));
         let mut settings = settings(config, method)?;
         settings.engine.lineage = lineage;
-        Ok(Self(Mutex::new(Core::new(settings, HubEngine::new))))
+        // Nobody asks it for findings.
+        Ok(Self(Mutex::new(Core::new(settings, HubEngine::new).unsurveyed())))
     }
 
     /// Takes in a payload of the network; the agent is that of the key, or else of the payload.

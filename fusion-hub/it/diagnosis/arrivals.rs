@@ -174,6 +174,45 @@ fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
     let findings = findings_with("", of_all, |_| {}, |_| None);
     let [one] = &findings[..] else { panic!("{findings:#?}") };
     assert!(one.code == Code::Overload && one.says.contains("4 agents (east, north, south, west)"), "{one}");
+    // What waits too long for that hub arrives too late.
+    let late = |frame: &mut Frame| frame.delay_ms += if frame.sequence % 2 == 0 { 3_000 } else { 0 };
+    let findings = findings_with("", of_all, late, |_| None);
+    assert!(findings.iter().all(|one| one.code != Code::FramesRefused), "{findings:#?}");
+    let findings = findings_with("", |_| {}, late, |_| None);
+    assert!(findings.iter().any(|one| one.code == Code::FramesRefused), "{findings:#?}");
+}
+
+#[test]
+fn a_described_view_that_is_not_that_of_the_detections_is_named_with_the_field_to_correct() {
+    let north = AgentId::new("north").unwrap();
+    let seen_with = |view: &str| {
+        let text = format!(
+            r#"{{"revision": 0, "kind": "roadside-unit", "accuracy": {{"position_m": 0, "yaw_rad": 0, "clock_s": 0}}, "field_of_view": {view},
+                "detection_probability": 0.9, "clutter_per_m2": 0.0, "rate_hz": 10}}"#
+        );
+        let describe = |core: &mut Core| drop(core.handle_description(north, &Body::Json(text.as_bytes())));
+        let found = findings_with("", describe, |_| {}, |_| None);
+        found.into_iter().filter(|one| one.code == Code::FieldOfView).collect::<Vec<_>>()
+    };
+    for (view, field) in [
+        (r#"{"range_max_m": 7}"#, "`range_max_m`"),
+        (r#"{"range_max_m": 80, "width_rad": 0.5}"#, "`width_rad`"),
+        (r#"{"range_max_m": 80, "width_rad": 2.5, "azimuth_rad": 3.14}"#, "`azimuth_rad`"),
+    ] {
+        let found = seen_with(view);
+        assert!(
+            found.len() == 1 && found[0].is_fault() && found[0].change.contains(field),
+            "{view}: {found:#?}"
+        );
+    }
+    let far = seen_with(r#"{"range_max_m": 8000}"#);
+    assert!(far.len() == 1 && !far[0].is_fault() && far[0].says.contains("19 of 20"), "{far:#?}");
+    // All that it sees, and with a margin.
+    for view in
+        [r#"{"range_max_m": 80}"#, r#"{"range_max_m": 250}"#, r#"{"range_max_m": 80, "width_rad": 4.5}"#]
+    {
+        assert_eq!(seen_with(view), [], "{view}");
+    }
 }
 
 #[test]

@@ -111,6 +111,16 @@ fn a_pose_that_wanders_is_named_with_its_size() {
 fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names() {
     let ufo = found(|frame| each(frame, |one| one.class = "Fahrzeug"));
     assert_only(&ufo, Code::UnknownClasses, "classes = { \"Fahrzeug\" = \"CLASS\" }");
+    let labels = found(|frame| {
+        frame
+            .detections
+            .iter_mut()
+            .enumerate()
+            .for_each(|(n, one)| one.class = ["car 0.71", "car 0.83", "car 0.95"][n % 3]);
+    });
+    assert_only(&labels, Code::UnknownClasses, "the class alone");
+    let corners = found(|frame| each(frame, |one| (one.w, one.d) = (-one.w, -one.d)));
+    assert_only(&corners, Code::ImpossibleDetections, "are of corners");
     let impossible = found(|frame| frame.detections[0].w = -1.0);
     assert_only(&impossible, Code::ImpossibleDetections, "w out of range");
     assert!(!impossible[0].change.contains("Longitudes"), "a width is no place: {}", impossible[0]);

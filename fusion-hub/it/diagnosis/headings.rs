@@ -14,6 +14,15 @@ fn headings_in_degrees_are_named_with_the_line_that_says_so() {
 }
 
 #[test]
+fn headings_and_a_pose_in_degrees_are_one_finding_as_one_line_reads_both() {
+    let found = found(|frame| {
+        frame.pose.yaw = frame.pose.yaw.to_degrees();
+        each(frame, |one| one.yaw = one.yaw.to_degrees());
+    });
+    assert_only(&found, Code::Degrees, "unit = \"deg\"");
+}
+
+#[test]
 fn a_compass_and_other_origins_of_headings_are_named_with_the_line_that_says_so() {
     let compass = |frame: &mut Frame| each(frame, |one| one.yaw = wrap_angle(FRAC_PI_2 - one.yaw));
     assert_only(&found(compass), Code::HeadingsMirrored, "yaw = { from = \"north\", turn = \"cw\" }");

@@ -7,6 +7,7 @@ pub(crate) mod crossing;
 mod headings;
 mod positions;
 mod repetition;
+mod units;
 mod velocities;
 
 #[test]

@@ -1,6 +1,8 @@
 //! Frames that say again what was said before, and those of the hub itself.
 
-use super::crossing::{Detection, Frame, START_MS, assert_only, each, findings_where, found, run, world};
+use super::crossing::{
+    Detection, Frame, START_MS, assert_only, each, findings_of, findings_where, found, noise, run, world,
+};
 use serde_json::json;
 use v2x_common::id::AgentId;
 use v2x_common::time::{Span, Timestamp};
@@ -244,4 +246,117 @@ fn two_agents_whose_reports_have_no_errors_are_no_copies() {
         );
         assert!(found.iter().all(|one| one.code != Code::Copy), "{sigma_m:?}: {found:#?}");
     }
+}
+
+/// Each car leaves the view at its lane's end: `lost` says what becomes of it, after so many seconds.
+fn with_lost(lost: impl Fn(f64) -> bool) -> Vec<Finding> {
+    let memory = std::cell::RefCell::new(Vec::<(i64, Detection)>::new());
+    found(|frame| {
+        let mut memory = memory.borrow_mut();
+        // One car in two seconds is lost where it is.
+        if frame.sequence % 20 == 10 {
+            memory.push((frame.captured_ms, frame.detections[frame.sequence as usize / 20 % 8].clone()));
+        }
+        let kept = memory.iter().filter(|(at, _)| lost(1e-3 * (frame.captured_ms - at) as f64));
+        let kept: Vec<_> = kept.map(|(_, one)| one.clone()).collect();
+        if frame.sequence % 20 != 10 {
+            frame.detections.extend(kept);
+        }
+    })
+}
+
+#[test]
+fn a_list_of_tracks_that_never_forgets_is_told_as_such_and_a_tracker_that_keeps_what_is_missed_is_not() {
+    let is_told =
+        |found: &[Finding]| found.iter().any(|one| one.code == Code::StaleObjects && one.is_fault());
+    let for_ever = with_lost(|_| true);
+    assert!(is_told(&for_ever), "{for_ever:#?}");
+    assert!(for_ever.iter().all(|one| one.code != Code::SigmaTooSmall), "no advice on sigma: {for_ever:#?}");
+    for kept_s in [0.0, 1.0] {
+        let found = with_lost(|passed_s| passed_s <= kept_s);
+        assert!(!is_told(&found), "{kept_s} s: {found:#?}");
+    }
+}
+
+/// Each car is lost after some seconds; what the tracker says of it then, after so many seconds at its velocity.
+fn with_predicted(lost: impl Fn(f64) -> bool) -> Vec<Finding> {
+    let memory = std::cell::RefCell::new(Vec::<(i64, Detection)>::new());
+    found(|frame| {
+        let mut memory = memory.borrow_mut();
+        let now = frame.captured_ms;
+        for k in 0..18 {
+            // It is seen for a second and a half beside everything else, and then only predicted.
+            let (begins, passed) = (1_000 * (k + 1), (now - 1_000 * (k + 1)) as f64 * 1e-3);
+            let scatter = |which: u64| 0.2 * noise(frame.sequence, 40 + k.unsigned_abs(), which);
+            let seen = [100.0 + 9.0 * passed, 30.0 + 8.0 * k as f64];
+            let mut one = frame.detections[0].clone();
+            if (0.0..1.5).contains(&passed) {
+                (one.x, one.y, one.yaw) = (seen[0] + scatter(0), seen[1] + scatter(1), 0.0);
+                memory.retain(|(of, _)| *of != begins);
+                memory.push((begins, one.clone()));
+                frame.detections.push(one);
+            } else if let Some((_, last)) =
+                memory.iter().find(|(of, _)| *of == begins).filter(|_| lost(passed - 1.4))
+            {
+                (one.x, one.y, one.yaw) = (last.x + 9.3 * (passed - 1.4), last.y + 0.2 * (passed - 1.4), 0.0);
+                frame.detections.push(one);
+            }
+        }
+    })
+}
+
+#[test]
+fn lost_objects_that_drive_on_for_ever_are_told_and_predictions_of_a_second_and_exact_ones_are_not() {
+    let is_told = |found: &[Finding]| {
+        found.iter().any(|one| one.code == Code::StaleObjects && one.says.contains("exactly straight"))
+    };
+    let for_ever = with_predicted(|_| true);
+    assert!(is_told(&for_ever), "{for_ever:#?}");
+    let missed = with_predicted(|passed_s| passed_s < 1.2);
+    assert!(!is_told(&missed), "{missed:#?}");
+    let exact = |frame: &mut Frame| {
+        let t = 1e-3 * frame.captured_ms as f64;
+        for (n, one) in frame.detections.iter_mut().enumerate() {
+            let row = n as f64;
+            (one.x, one.y, one.yaw) = ((6.0 + row) * (t - 12.0), 4.0 * row, 0.0);
+        }
+    };
+    let exact = findings_where("", |_| {}, exact, |_| {}, |_| None);
+    assert!(!is_told(&exact), "{exact:#?}");
+}
+
+#[test]
+fn a_frame_that_is_sent_again_under_another_number_is_told_and_objects_of_one_time_are_not() {
+    let is_told = |found: &[Finding]| {
+        found.iter().any(|one| one.code == Code::Repetition && one.says.contains("under another number"))
+    };
+    let twice = |number: u64| {
+        let again = move |k: i64| {
+            let mut frame = world(k, "north");
+            frame.sequence = number * frame.sequence + number - 1;
+            frame.delay_ms += 3;
+            (number > 1).then_some(frame)
+        };
+        findings_of("", move |frame| frame.sequence *= number, again)
+    };
+    let found = twice(2);
+    assert!(is_told(&found), "{found:#?}");
+    let found = twice(1);
+    assert!(!is_told(&found), "{found:#?}");
+}
+
+#[test]
+fn exact_reports_of_what_brakes_and_then_stands_are_nothing_that_was_lost() {
+    let braking = |frame: &mut Frame| {
+        let t = 1e-3 * frame.captured_ms as f64;
+        for (n, one) in frame.detections.iter_mut().enumerate() {
+            let (speed, brakes, row) = (12.0, 4.0, n as f64);
+            // Each brakes a second after the one before.
+            let since = (t - 4.0 - row).clamp(0.0, speed / brakes);
+            let at = speed * t.min(4.0 + row) + speed * since - 0.5 * brakes * since * since;
+            (one.x, one.y, one.yaw) = (at - 60.0, 4.0 * row, 0.0);
+        }
+    };
+    let found = findings_where("", |_| {}, braking, |_| {}, |_| None);
+    assert!(found.iter().all(|one| one.code != Code::StaleObjects), "{found:#?}");
 }

@@ -19,6 +19,10 @@ const MOST_PER_FRAME: u64 = 20;
 const MIN_OF_ONE_STAMP: u64 = 6;
 const ONE_STAMP_FOR: Span = Span::from_millis(1_500);
 
+/// GPS counts from 6 January 1980, without leap seconds, of which there have been fewer than these.
+const GPS_EPOCH: Span = Span::from_millis(315_964_800_000);
+const OF_GPS: Span = Span::from_millis(60_000);
+
 /// Of one agent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Arrivals {
@@ -129,6 +133,12 @@ impl Arrivals {
     pub(super) fn is_one_stamp(&self) -> bool {
         let is_one = matches!(self.stamp, Stamps::One(_));
         is_one && self.frames >= MIN_OF_ONE_STAMP && self.lasted() >= ONE_STAMP_FOR
+    }
+
+    /// Whether its capture times count from 1980, as GPS does, in place of 1970.
+    pub(super) fn counts_from_1980(&self) -> bool {
+        let off = self.delay().map(|(least, _)| (least - GPS_EPOCH).abs());
+        self.frames >= MIN_OF_ONE_STAMP && off.is_some_and(|off| off <= OF_GPS)
     }
 
     /// From the first frame to the last one.

@@ -22,6 +22,8 @@ pub(super) struct Contents {
     pub(super) uncounted: u64,
     /// Frames with other detections than the one before, of its time and under another number.
     pub(super) split: u64,
+    /// Frames that the one before is, of its time too, under another number.
+    pub(super) again: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +62,8 @@ impl Contents {
         self.split += u64::from(
             before.number.0 == now.number.0 && before.number != now.number && is_of_one_time && !is_same,
         );
+        let is_again = is_same && before.number.0 == now.number.0 && before.number != now.number;
+        self.again += u64::from(is_of_one_time && is_again && seen.reported.has_sequence && !now.is_empty);
         // The same frame sent twice is no new one.
         if is_of_one_time {
             return;

@@ -64,12 +64,16 @@ pub enum Code {
     Feedback,
     /// Detections that are those of another agent.
     Copy,
+    /// Objects that it has lost, and sends on.
+    StaleObjects,
     /// Tracks of its own that are not those of objects.
     SourceTracks,
     /// No detection in any frame.
     SeesNothing,
     /// Positions further from the sensor than any sees.
     FarFromSensor,
+    /// A described field of view that is not that of its detections.
+    FieldOfView,
     /// Positions tens of kilometres from those of everybody else.
     FarAway,
     /// No standard deviations of positions: defaults are in use.

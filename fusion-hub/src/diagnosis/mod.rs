@@ -4,12 +4,13 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
+//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `coasting`, `views`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
 //!   `steps`: an agent's own detections, followed over three frames.
 //! - `judge`: what they mean, in words.
 
 mod alignment;
 mod arrivals;
+mod coasting;
 mod contents;
 mod copies;
 mod feedback;
@@ -18,12 +19,16 @@ mod headings;
 mod judge;
 mod observation;
 mod own_tracks;
+mod paces;
+mod scatter;
 mod sizes;
 mod speeds;
+mod stale;
 mod steps;
 mod streams;
 mod survey;
 mod velocities;
+mod views;
 mod window;
 mod writing;
 

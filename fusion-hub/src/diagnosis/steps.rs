@@ -15,20 +15,40 @@ const STEADY_MPS: f64 = 1.5;
 /// The velocity (m/s) of the place `k` of the second of three frames, so many seconds apart each, where it is clear which one is its own
 /// in the others, and all three are on a straight line at one speed.
 pub(super) fn velocity(k: usize, frames: [&[[f64; 2]]; 3], steps_s: [f64; 2]) -> Option<[f64; 2]> {
+    velocity_up_to(FASTEST_MPS, k, frames, steps_s)
+}
+
+/// The same of what may be so fast, m/s.
+pub(super) fn velocity_up_to(
+    fastest_mps: f64,
+    k: usize,
+    frames: [&[[f64; 2]]; 3],
+    steps_s: [f64; 2],
+) -> Option<[f64; 2]> {
+    let [was, is] = found(fastest_mps, k, frames, steps_s)?;
+    steady([frames[0][was], frames[1][k], frames[2][is]], steps_s)
+}
+
+/// Which places of the first and of the third of three frames are of the same object as the place `k` of the second one.
+pub(super) fn counterparts(k: usize, frames: [&[[f64; 2]]; 3], steps_s: [f64; 2]) -> Option<[usize; 2]> {
+    found(FASTEST_MPS, k, frames, steps_s)
+}
+
+fn found(fastest_mps: f64, k: usize, frames: [&[[f64; 2]]; 3], steps_s: [f64; 2]) -> Option<[usize; 2]> {
     let [before, own, after] = frames;
-    let was = counterpart(k, (own, before), steps_s[0])?;
-    let is = counterpart(k, (own, after), steps_s[1])?;
-    steady([before[was], own[k], after[is]], steps_s)
+    let was = counterpart(k, (own, before), fastest_mps * steps_s[0])?;
+    let is = counterpart(k, (own, after), fastest_mps * steps_s[1])?;
+    Some([was, is])
 }
 
 /// The one place of another frame that can be of the same object: the nearest, by far, and the other way round.
-fn counterpart(k: usize, (own, other): (&[[f64; 2]], &[[f64; 2]]), passed_s: f64) -> Option<usize> {
-    let found = nearest(own[k], other, passed_s)?;
-    (nearest(other[found], own, passed_s)? == k).then_some(found)
+fn counterpart(k: usize, (own, other): (&[[f64; 2]], &[[f64; 2]]), reach_m: f64) -> Option<usize> {
+    let found = nearest(own[k], other, reach_m)?;
+    (nearest(other[found], own, reach_m)? == k).then_some(found)
 }
 
 /// The nearest place within reach, where the next one is much further.
-fn nearest(from: [f64; 2], among: &[[f64; 2]], passed_s: f64) -> Option<usize> {
+fn nearest(from: [f64; 2], among: &[[f64; 2]], reach_m: f64) -> Option<usize> {
     let mut best: [Option<(f64, usize)>; 2] = [None; 2];
     for (n, other) in among.iter().enumerate() {
         let apart_m = libm::hypot(other[0] - from[0], other[1] - from[1]);
@@ -41,7 +61,7 @@ fn nearest(from: [f64; 2], among: &[[f64; 2]], passed_s: f64) -> Option<usize> {
     let (least_m, found) = best[0]?;
     let is_clear = best[1]
         .is_none_or(|(second_m, _)| second_m >= CLEAR_TIMES * least_m && second_m >= least_m + CLEAR_M);
-    (is_clear && least_m <= FASTEST_MPS * passed_s).then_some(found)
+    (is_clear && least_m <= reach_m).then_some(found)
 }
 
 /// The velocity of what was at three places, m/s; `None` of what does not move steadily.

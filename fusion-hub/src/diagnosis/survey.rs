@@ -31,6 +31,8 @@ const FIRST_PART: Span = Span::from_millis(110);
 const MAX_OF_SLOT: usize = 24;
 /// Agents of which it is known that they send: each of them has a place in a slot, or in one after the other.
 const MAX_SAMPLED: usize = 256;
+/// Agents whose objects are followed in one window.
+const MAX_FOLLOWED: usize = 64;
 /// Who is not in a window that has lasted so long is not heard any more.
 const STILL_HEARD: Span = Span::from_millis(4_000);
 /// Frames whose stamps are further from their arrival are compared with nothing.
@@ -42,6 +44,8 @@ const N_SLOTS: usize = 16;
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     current: Window,
+    /// Windows that are over.
+    n_windows: usize,
     /// The last whole one, until it is judged.
     ended: Option<Window>,
     /// Beginning of the window that was judged last.
@@ -61,6 +65,7 @@ pub struct Survey {
 impl Survey {
     /// Takes in a frame, whatever became of it.
     pub fn note_frame(&mut self, seen: &Observation<'_>) {
+        let is_followed = is_followed(&seen.frame.id.agent, self.current.agents.len(), self.n_windows);
         let Some(agent) = self.current.agent(seen.frame.id.agent) else { return };
         agent.arrivals.note(seen);
         // With both, numbers and epochs show it.
@@ -72,6 +77,12 @@ impl Survey {
         agent.writing.note(seen);
         agent.sizes.note(seen);
         agent.own_tracks.note(seen);
+        agent.views.note(seen);
+        if is_followed {
+            agent.scatter.note(seen);
+            agent.stale.note(seen);
+            agent.coasting.note(seen);
+        }
         if let Some(of_whom) = self.places.note(seen) {
             *agent.copied.entry(of_whom).or_default() += 1;
         }
@@ -79,6 +90,9 @@ impl Survey {
         let is_of_now = (seen.received_at - seen.frame.captured_at).abs() <= COMPARED_WITHIN;
         if is_of_now {
             agent.speeds.note(seen);
+            if is_followed {
+                agent.paces.note(seen);
+            }
         }
         if is_of_now && self.samples.takes(seen.frame.captured_at, seen.frame.id.agent) {
             agent.headings.note(seen, &self.moving);
@@ -128,6 +142,7 @@ impl Survey {
             let mut ended = std::mem::replace(&mut self.current, next);
             ended.end(around, &self.pairs);
             self.ended = Some(ended);
+            self.n_windows += 1;
         }
         if let Some(ended) = &mut self.ended {
             let is_compared = ended.fit_some(FITS_AT_ONCE);
@@ -186,6 +201,14 @@ impl Survey {
         let judged = self.judged.get(agent).filter(|_| is_heard).copied();
         judged.or_else(|| Transport::of(&self.current.agents.get(agent)?.arrivals))
     }
+}
+
+/// Whether objects of an agent are followed from frame to frame in a window. That costs: of many agents a part is, in turn.
+fn is_followed(agent: &AgentId, n_agents: usize, window: usize) -> bool {
+    let n_parts = n_agents.div_ceil(MAX_FOLLOWED).max(1);
+    let part =
+        agent.as_str().bytes().fold(0_usize, |sum, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
+    (part % n_parts + window).is_multiple_of(n_parts)
 }
 
 /// Which frames are compared.
@@ -342,6 +365,19 @@ mod tests {
             survey.diagnose(&Surroundings { engine: &engine, tokens: &tokens, source: Source::Network }, at);
         }
         assert!(survey.transport(&agent).is_none());
+    }
+
+    #[test]
+    fn objects_of_each_agent_are_followed_in_turn_and_of_few_in_every_window() {
+        let agents: Vec<_> = (0..400).map(|n| AgentId::new(&format!("agent-{n:04}")).unwrap()).collect();
+        assert!(agents.iter().all(|agent| (0..9).all(|window| is_followed(agent, 60, window))));
+        for window in 0..7 {
+            let n = agents.iter().filter(|agent| is_followed(agent, 400, window)).count();
+            assert!((30..100).contains(&n), "{n} in window {window}");
+        }
+        assert!(
+            agents.iter().all(|agent| (0..7).filter(|window| is_followed(agent, 400, *window)).count() == 1)
+        );
     }
 
     #[test]

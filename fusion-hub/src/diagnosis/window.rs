@@ -4,13 +4,18 @@ use super::alignment::Snapshots;
 use super::alignment::fit::{Fit, fit};
 use super::alignment::sizes::{Ratio, ratio};
 use super::arrivals::Arrivals;
+use super::coasting::Coasting;
 use super::contents::Contents;
 use super::headings::Headings;
 use super::own_tracks::OwnTracks;
+use super::paces::Paces;
+use super::scatter::Scatter;
 use super::sizes::Sizes;
 use super::speeds::Speeds;
+use super::stale::Stale;
 use super::streams::Streams;
 use super::velocities::Velocities;
+use super::views::Views;
 use super::writing::Writing;
 use crate::engine::{AgentRecord, Engine, Label, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
@@ -84,6 +89,11 @@ pub(super) struct AgentSurvey {
     pub(super) speeds: Speeds,
     pub(super) sizes: Sizes,
     pub(super) own_tracks: OwnTracks,
+    pub(super) paces: Paces,
+    pub(super) scatter: Scatter,
+    pub(super) stale: Stale,
+    pub(super) coasting: Coasting,
+    pub(super) views: Views,
     /// Frames that are those of another agent, by whose.
     pub(super) copied: BTreeMap<AgentId, u64>,
     /// Refused frames by reason, each with the newest.

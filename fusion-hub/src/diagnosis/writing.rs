@@ -85,8 +85,9 @@ impl Writing {
         }
         let vehicles = detections.iter().filter(|one| is_vehicle(one));
         for vehicle in vehicles {
-            self.vehicles += 1;
-            self.wide_vehicles += u64::from(vehicle.bev.w > vehicle.bev.d);
+            // Negative ones are no sizes.
+            self.vehicles += u64::from(vehicle.bev.d > 0.0);
+            self.wide_vehicles += u64::from(vehicle.bev.d > 0.0 && vehicle.bev.w > vehicle.bev.d);
         }
         if detections.len() <= MAX_LOOKED_AT {
             self.note_twins(detections);

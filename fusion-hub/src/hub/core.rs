@@ -38,6 +38,8 @@ pub struct Core {
     engine: Engine,
     /// No part of its state: it changes nothing that is fused.
     survey: Survey,
+    /// Frames are surveyed: somebody asks for findings.
+    is_surveyed: bool,
     /// Under which ids tracks are published.
     names: Names,
 }
@@ -53,7 +55,13 @@ impl Core {
         for (agent, of_agent) in &settings.agents {
             of_agent.sensing.iter().for_each(|sensing| engine.assume(*agent, sensing));
         }
-        Self { settings, engine, survey: Survey::default(), names }
+        Self { settings, engine, survey: Survey::default(), is_surveyed: true, names }
+    }
+
+    /// The same core without findings, for those who ask for none: to gather what they need costs time with each frame.
+    #[must_use]
+    pub fn unsurveyed(self) -> Self {
+        Self { is_surveyed: false, ..self }
     }
 
     /// A core that goes on where another one was saved.
@@ -145,7 +153,9 @@ impl Core {
     }
 
     fn fuse(&mut self, frame: &DetectionFrame, reported: &Reported, received_at: Timestamp) -> Handled {
-        self.survey.note_frame(&Observation { frame, reported, received_at });
+        if self.is_surveyed {
+            self.survey.note_frame(&Observation { frame, reported, received_at });
+        }
         match self.engine.handle_frame(frame, received_at) {
             Disposition::Accepted { out_of_sequence } => {
                 Handled::Accepted { frame: frame.id, out_of_sequence }

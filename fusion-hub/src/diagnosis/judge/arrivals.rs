@@ -78,6 +78,14 @@ fn clock(one: &One<'_>, ClockByObjects { behind_s, agrees }: ClockByObjects) -> 
     if arrivals.frames < MIN_FRAMES {
         return None;
     }
+    if arrivals.counts_from_1980() {
+        let says = "its `captured_at` counts from 1980, as GPS does, and not from 1970: all its frames are refused (too_late)";
+        let change = one.words(
+            "Add 315964800 s to GPS time, and take the leap seconds away (18 s since 2017): `captured_at` is Unix time, in UTC",
+            "Add 315964800 s to GPS time in the column t, and take the leap seconds away (18 s since 2017)",
+        );
+        return Some(one.fault(Code::TimeUnit, says.to_owned(), change));
+    }
     if least < AHEAD {
         let is_ahead_always = arrivals.mean_delay_s() < AHEAD.as_secs_f64();
         return Some(match agrees && is_ahead_always {

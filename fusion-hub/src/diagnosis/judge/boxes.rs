@@ -5,6 +5,7 @@ use super::super::sizes::WrongSizes;
 use super::super::speeds::WrongSpeeds;
 use super::super::velocities::{Found, Reading};
 use super::one::{One, is_share};
+use super::units;
 
 /// Share of vehicles that are wider than long from which width and depth are swapped.
 const SWAPPED_SHARE: f64 = 0.8;
@@ -42,18 +43,20 @@ fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
 
 /// Vehicles of another size than vehicles have.
 fn sizes(one: &One<'_>) -> Option<Finding> {
-    let WrongSizes { factors, mean_m, n } = one.survey.sizes.wrong()?;
+    let WrongSizes { of_vehicles, factors, mean_m, n } = one.survey.sizes.wrong()?;
     let factor = libm::sqrt(factors[0] * factors[1]);
-    let guess = match factor {
-        factor if is_near(factor, 0.5) => "half as large as vehicles are: halves of boxes (extents)",
-        factor if is_near(factor, 2.0) => "twice as large as vehicles are",
-        factor if is_near(factor, 10.0) => "ten times as large as vehicles are: decimetres",
-        factor if is_near(factor, 1.0 / 0.3048) => "three times as large as vehicles are: feet",
-        factor if factor < 1.0 => "too small for vehicles",
-        _ => "too large for vehicles",
+    let what = if of_vehicles { "vehicles" } else { "people and two-wheelers" };
+    let guess = match (factor, units::of_sizes(factor, of_vehicles)) {
+        (factor, _) if is_near(factor, 0.5) => {
+            "half as large as vehicles are: halves of boxes (extents)".to_owned()
+        }
+        (factor, _) if is_near(factor, 2.0) => "twice as large as vehicles are".to_owned(),
+        (factor, Some(unit)) => format!("{factor:.0} times as large as such are: {}", unit.name),
+        (factor, None) if factor < 1.0 => format!("too small for {what}"),
+        _ => format!("too large for {what}"),
     };
     let says = format!(
-        "its vehicles are {:.2} m wide and {:.2} m long in the mean ({n} detections), {guess}",
+        "its {what} are {:.2} m wide and {:.2} m long in the mean ({n} detections), {guess}",
         mean_m[0], mean_m[1]
     );
     let change = format!(

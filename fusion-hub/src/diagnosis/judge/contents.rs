@@ -2,7 +2,7 @@
 
 use super::super::finding::{Code, Finding};
 use super::super::window::{AgentSurvey, Source, Surroundings, Window};
-use super::one::{MIN_VALUES, One};
+use super::one::{MIN_VALUES, One, is_share};
 use v2x_common::id::AgentId;
 
 /// Results that came several times each, frames in which nothing changed, and frames of the hub's own objects.
@@ -21,6 +21,11 @@ const SPLIT_SHARE: f64 = 0.7;
 /// Tracks of its own that are back, and the share of them that are too far from where they were.
 const MIN_TRACKS: u64 = 50;
 const JUMPED_SHARE: f64 = 0.1;
+/// Objects that are sent on, and detections of these.
+const MIN_STALE: u64 = 3;
+const MIN_STALE_DETECTIONS: u64 = 20;
+/// Share of frames that are sent again from which they are told.
+const AGAIN_SHARE: f64 = 0.1;
 /// Share of frames under the number of another one from which numbers are wrong.
 const NUMBERS_SHARE: f64 = 0.1;
 
@@ -28,7 +33,10 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
     if one.survey.arrivals.is_one_stamp() {
         return Vec::new();
     }
-    [numbers(one), repetition(one), feedback(one), source_tracks(one)].into_iter().flatten().collect()
+    [numbers(one), repetition(one), feedback(one), stale(one), source_tracks(one)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Frames with other detections under the number of the one before, of which only the first is taken.
@@ -66,6 +74,14 @@ pub(super) fn numbers(one: &One<'_>) -> Option<Finding> {
 fn repetition(one: &One<'_>) -> Option<Finding> {
     let contents = &one.survey.contents;
     let (repeated, compared) = (contents.repeated, contents.compared);
+    if is_share(contents.again, contents.again + contents.times, AGAIN_SHARE) {
+        let says = format!(
+            "{} frames of it came before, with the same time and detections, under another number: each is taken for a measurement of its own",
+            contents.again
+        );
+        let change = "Send each frame once; whoever sends it again, because an answer is late, leaves its `sequence` and `epoch` as they are";
+        return Some(one.fault(Code::Repetition, says, change));
+    }
     if contents.comes_several_times(MIN_RESULTS) {
         let says = format!(
             "{repeated} of {compared} frames hold, to the last digit, what the one before held, under a new stamp: each result \
@@ -83,6 +99,36 @@ fn repetition(one: &One<'_>) -> Option<Finding> {
         );
         let change = "Where reports are exact and nothing moves in its view, this is right; a sensor's reports vary";
         one.note(Code::Repetition, says, change)
+    })
+}
+
+/// Objects that drove, and then stay where they were to the last digit: a list that forgets none.
+fn stale(one: &One<'_>) -> Option<Finding> {
+    let (stale, coasting) = (&one.survey.stale, &one.survey.coasting);
+    let is_often = |objects: u64, detections: u64| objects >= MIN_STALE && detections >= MIN_STALE_DETECTIONS;
+    let stays = is_often(stale.objects, stale.detections);
+    (stays || is_often(coasting.objects, coasting.detections)).then(|| {
+        let drives_on = || {
+            format!(
+                "it sends on what it has lost: {} vehicles scattered as what is seen does, and then drive on for seconds exactly straight, to the \
+                 millimetre ({} detections)",
+                coasting.objects, coasting.detections
+            )
+        };
+        let stands = || {
+            format!(
+                "it sends on what it has lost: {} vehicles drove, and from one frame to the next stay where they were, to the last digit, for \
+                 seconds ({} detections)",
+                stale.objects, stale.detections
+            )
+        };
+        let says = if stays { stands() } else { drives_on() };
+        let change = one.words(
+            "Send what the sensor sees in each frame. Of a tracker's list leave out tracks that this frame has not updated: they never vanish, and \
+             the hub takes each for an object that is seen",
+            "Leave out rows of tracks that the frame has not updated: they never vanish, and each is taken for an object that is seen",
+        );
+        one.fault(Code::StaleObjects, says, change)
     })
 }
 

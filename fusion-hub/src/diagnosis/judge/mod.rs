@@ -11,6 +11,7 @@ mod pairs;
 mod remedy;
 mod reports;
 mod stalls;
+mod units;
 mod writing;
 
 use super::alignment::change::{Change, Rigid};
@@ -58,6 +59,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     let sizes: Vec<_> = with(&[Code::Sizes, Code::SizesSwapped]);
     findings.extend(pairs::findings(window, &known));
+    findings.extend(units(window, around, &findings));
     findings.extend(box_pairs::findings(window, around.source, |agent| sizes.contains(agent)));
     findings.extend(contents::copies(window, around));
     drop_consequences(window, &mut findings);
@@ -72,6 +74,16 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     stalls::merge(window, &mut findings);
     findings.sort_by_key(|one| (one.severity, one.agent, one.code));
     findings
+}
+
+/// Agents whose positions are in another unit, as they show by themselves: where nothing else is known of their places.
+fn units(window: &Window, around: &Surroundings<'_>, findings: &[Finding]) -> Vec<Finding> {
+    let is_known = |agent: AgentId| {
+        let of_places = findings.iter().filter(|one| one.is_fault() && PLACES.contains(&one.code));
+        of_places.into_iter().any(|one| one.agent.is_none_or(|whose| whose == agent))
+    };
+    let unknown = window.agents.iter().filter(|(agent, _)| !is_known(**agent));
+    unknown.filter_map(|(agent, survey)| units::too_fast(&One { agent: *agent, survey, around })).collect()
 }
 
 /// What an agent that is idle shows, too.
@@ -126,6 +138,12 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
+            // The line that reads headings as degrees reads that of the pose so, too.
+            || (one.code == Code::SensorPose
+                && has_one(agent, &[Code::Degrees])
+                && window.agents.get(&agent).is_some_and(|survey| survey.writing.turned_poses > 0))
+            || (one.code == Code::FieldOfView
+                && (places_are_wrong || has_one(agent, &[Code::FarAway, Code::FarFromSensor])))
             || (one.code == Code::FarFromSensor && (places_are_wrong || has_one(agent, &[Code::FarAway])))
             || (one.code == Code::Twins && (places_are_wrong || has_one(agent, &[Code::Feedback])))
             || (has_one(agent, &[Code::FarFromSensor]) && SIGMAS.contains(&one.code))
@@ -143,6 +161,8 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
                 && (SIGMAS.contains(&one.code) || one.code == Code::Offset))
             || (has_one(agent, &[Code::PartialFrames, Code::Feedback, Code::Repetition])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Gaps))
+            || (has_one(agent, &[Code::StaleObjects])
+                && (SIGMAS.contains(&one.code) || [Code::Twins, Code::SourceTracks].contains(&one.code)))
             || (fed_back && SIGMAS.contains(&one.code))
             // What cannot be read has no number.
             || (one.code == Code::Gaps && cannot_be_read(window, agent))
@@ -215,6 +235,11 @@ fn unregistered(agents: &[AgentId]) -> Option<Finding> {
 
 /// Where the hub has no time for more agents than this, it is what is slow: one finding instead of one of each.
 const FEW_OVERLOADED: usize = 2;
+/// Why frames are refused then.
+const OF_OVERLOAD: [&str; 2] = ["queue_full", "too_late"];
+/// What frames that wait show, whose ever they are.
+const BY_OVERLOAD: [Code; 5] =
+    [Code::Jitter, Code::Gaps, Code::RateLow, Code::LinkSlow, Code::ClockBehindOrLinkSlow];
 /// Agents that are named then.
 const MOST_NAMED: usize = 8;
 
@@ -234,7 +259,15 @@ fn merge_overload(window: &Window, findings: &mut Vec<Finding>) {
         agents.len(),
         names.join(", ")
     );
-    findings.retain(|one| one.code != Code::Overload);
+    // What waits too long for a hub that has no time arrives too late, of whomever.
+    let only_late = |agent: AgentId| {
+        let mut reasons = window.agents.get(&agent).into_iter().flat_map(|survey| survey.refused.keys());
+        reasons.all(|reason| OF_OVERLOAD.contains(reason))
+    };
+    findings.retain(|one| {
+        let is_late = one.code == Code::FramesRefused && one.agent.is_some_and(only_late);
+        one.code != Code::Overload && !is_late && !BY_OVERLOAD.contains(&one.code)
+    });
     findings.push(Finding::of_network(Code::Overload, says, change));
 }
 

@@ -330,9 +330,10 @@ impl Pair {
                  rear? Positions that are smoothed lag behind, too",
             ),
             false => source.words(
-                "Are both clocks set, and both poses surveyed in one map frame? An agent that describes the accuracy of its pose is \
-                 corrected by the hub",
-                "Are both clocks set, and both poses surveyed in one map frame? A sensor whose accuracy is given by --accuracy is corrected",
+                "Are both clocks set, and both poses surveyed in one map frame? Are x and y the middle of each box, and not a corner? An agent that \
+                 describes the accuracy of its pose is corrected by the hub",
+                "Are both clocks set, and both poses surveyed in one map frame? Are x and y the middle of each box, and not a corner? A sensor whose \
+                 accuracy is given by --accuracy is corrected",
             ),
         };
         let agent = (!is_undecided).then_some(*agent);

@@ -79,6 +79,10 @@ fn of_json(words: &str) -> String {
              the hub's configuration. {SCHEMA}"
         );
     }
+    if words.starts_with("name \"") {
+        return "Give it a name of letters without accents, digits, '-', '_', '.' and ':', the same in the key and as `agent`; JSON may leave `agent` out"
+            .to_owned();
+    }
     if words.starts_with("invalid type")
         || words.starts_with("invalid value")
         || words.starts_with("unknown variant")

@@ -4,7 +4,7 @@ use super::super::finding::{Code, Finding};
 use super::super::window::Counts;
 use super::one::{MIN_VALUES, One};
 use super::remedy::remedy;
-use super::writing;
+use super::{units, writing};
 use crate::engine::{Label, Refusal, StampFault};
 use v2x_common::time::Span;
 
@@ -28,6 +28,10 @@ const INNOVATIONS_FOR: Span = Span::from_millis(8_000);
 const FACTOR: (f64, f64) = (0.5, 2.0);
 /// The same of normalised innovations squared for each degree of freedom, where nothing is learnt.
 const NIS: (f64, f64) = (0.25, 4.0);
+/// Positions with such standard deviations say nothing of where something is on a road, m.
+const USELESS_M: f64 = 12.0;
+/// What positions scatter by is so many times further off than what is learnt.
+const FURTHER: f64 = 2.5;
 /// The range of `sigma_position_m` in the settings.
 const SIGMA_SETTABLE_M: (f64, f64) = (1e-3, 70.0);
 /// A pose that wanders by so much makes what is fused worse, m.
@@ -59,7 +63,8 @@ fn refused(one: &One<'_>) -> Vec<Finding> {
     // What is refused before it is decoded is no observation.
     let heard = survey.arrivals.frames;
     let frames = heard.max(refused);
-    let stands = survey.arrivals.is_one_stamp();
+    // Of times from another epoch nothing more is to be said.
+    let stands = survey.arrivals.is_one_stamp() || survey.arrivals.counts_from_1980();
     let is_reported = |reason: &str, count: u64| {
         count >= MIN_REFUSED
             && count as f64 >= REFUSED_SHARE * frames as f64
@@ -146,13 +151,28 @@ fn some_of(count: u64, all: u64) -> String {
 
 /// What to do about impossible values, by field and cause. Whoever writes other units or axes has places that are too far away.
 fn advice(dropped: &[((Label, Label), u64)]) -> &'static str {
-    let is_far = |(field, cause): &(Label, Label)| matches!(&**field, "x" | "y") && *cause == OUT_OF_RANGE;
-    match dropped.iter().any(|(cause, _)| is_far(cause)) {
-        true => {
-            "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values"
-        }
-        false => "Correct the fields that are named",
+    if dropped.iter().all(|((_, cause), _)| *cause != OUT_OF_RANGE) && !dropped.is_empty() {
+        return "What is not known is left out, or null: NaN and infinity are no numbers";
     }
+    let has = |fields: &[&str]| {
+        let is_out = |(field, cause): &(Label, Label)| fields.contains(&&**field) && *cause == OUT_OF_RANGE;
+        dropped.iter().any(|(cause, _)| is_out(cause))
+    };
+    if has(&["x", "y"]) {
+        return "Longitudes, pixels or projected coordinates instead of metres in the map frame give such values";
+    }
+    if has(&["w", "d"]) {
+        return "`w` and `d` are the whole width and length in metres: negative ones, or such as coordinates, are of corners (x1, y1, x2, y2), large ones of another unit \
+                or of an image; where they are not known, leave both out";
+    }
+    if has(&["variance of x", "variance of y", "variance of w", "variance of d"]) {
+        return "`sigma` has standard deviations in metres, larger than zero: centimetres, squares of them or zeros give such values; where \
+                none is known, leave it out";
+    }
+    if has(&["score"]) {
+        return "`score` is from 0 to 1: divide per cent by 100; a logit is none";
+    }
+    "Correct the fields that are named"
 }
 
 fn dropped(one: &One<'_>) -> Option<Finding> {
@@ -188,7 +208,14 @@ fn unknown_classes(one: &One<'_>) -> Option<Finding> {
             unmapped.in_words()
         );
         let (setting, which) = unmapped.setting();
-        let change = format!("They are fused as `unknown`. Write {}, with {which}", one.setting(&setting));
+        let change = if unmapped.have_scores() {
+            format!(
+                "They are fused as `unknown`. {} the class alone, such as \"car\", and the number beside it as the score, from 0 to 1",
+                one.words("Send as `class`", "Write in the column class")
+            )
+        } else {
+            format!("They are fused as `unknown`. Write {}, with {which}", one.setting(&setting))
+        };
         odd(one, Code::UnknownClasses, count, (says, change))
     })
 }
@@ -252,6 +279,41 @@ fn settable(sigma_m: f64) -> f64 {
     sigma_m.clamp(SIGMA_SETTABLE_M.0, SIGMA_SETTABLE_M.1)
 }
 
+/// What is learnt of stated standard deviations is bounded: where the positions scatter by much less yet, or by much more, this is how far
+/// they are off.
+fn far_off(one: &One<'_>, learnt: Option<f64>) -> Option<Finding> {
+    let (mean_m, sigma_m) = (one.survey.writing.mean_sigma_m()?, one.survey.scatter.sigma_m()?);
+    let by_scatter = sigma_m / mean_m;
+    let is_of_centimetres = by_scatter < 1.0 && units::of_sigmas(1.0 / by_scatter).is_some();
+    let (factor, is_further) = match learnt {
+        Some(factor) if factor > 1.0 => (factor, by_scatter > FURTHER * factor),
+        Some(factor) => (factor, by_scatter < factor / FURTHER),
+        // Errors that last do not show in what scatters: but no sensor that is of use errs so.
+        None => (by_scatter, mean_m >= USELESS_M && is_of_centimetres),
+    };
+    is_further.then(|| {
+        let (code, word, times) = match factor > 1.0 {
+            true => (Code::SigmaTooSmall, "small", by_scatter),
+            false => (Code::SigmaTooLarge, "large", 1.0 / by_scatter),
+        };
+        let unit = units::of_sigmas(times).filter(|_| factor < 1.0);
+        let unit = unit.map(|unit| format!(", as numbers in {} are", unit.name)).unwrap_or_default();
+        let says = format!(
+            "the stated standard deviations of its positions are too {word}, by a factor of about {times:.0}{unit}: from frame to frame they \
+             scatter by {} m, and {} m are stated in the mean",
+            number(sigma_m),
+            number(mean_m)
+        );
+        let change = format!(
+            "{} metres: about {} m instead of {} m, and more where its errors last longer than a frame",
+            one.words("Send `sigma` in", "Write in the columns sx and sy"),
+            number(sigma_m),
+            number(mean_m)
+        );
+        one.fault(code, says, change)
+    })
+}
+
 fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let engine = one.around.engine;
     let record = engine.agents().record(&one.agent)?;
@@ -259,16 +321,22 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     let is_enough = record.statistics.innovations.count >= MIN_INNOVATIONS
         && arrivals.frames >= MIN_VALUES
         && arrivals.lasted() >= INNOVATIONS_FOR;
+    let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
     if !is_enough {
-        return None;
+        // Reports that say next to nothing begin no track, and so there are no innovations.
+        return if is_default { None } else { far_off(one, None) };
     }
     let learnt = engine.learnt(&one.agent).map(|learnt| learnt.sigma_factor).filter(|factor| *factor != 1.0);
     let by_nis = || {
         let nis = record.statistics.recent_nis_per_dof(engine.now())?;
         (!(NIS.0..=NIS.1).contains(&nis)).then(|| libm::sqrt(nis))
     };
-    let factor = learnt.or_else(by_nis).filter(|factor| !(FACTOR.0..=FACTOR.1).contains(factor))?;
-    let is_default = 2 * one.survey.writing.without_sigma > one.survey.writing.detections;
+    let factor = learnt.or_else(by_nis).filter(|factor| !(FACTOR.0..=FACTOR.1).contains(factor));
+    // Of an agent alone whose reports say next to nothing nothing is learnt.
+    if let Some(found) = far_off(one, factor).filter(|_| !is_default) {
+        return Some(found);
+    }
+    let factor = factor?;
     let whose = if is_default { "assumed" } else { "stated" };
     let (code, word, times) = match factor > 1.0 {
         true => (Code::SigmaTooSmall, "small", factor),

@@ -1,6 +1,7 @@
 //! Units and axes of an agent's positions, and what it says of its errors.
 
 use super::super::finding::{Code, Finding};
+use super::super::views::WrongView;
 use super::super::writing::DEGREES_APART;
 use super::one::{MIN_VALUES, One, is_share};
 use v2x_common::conventions::AngleUnit;
@@ -30,6 +31,7 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
         off_origin(one),
         sigma_missing(one),
         far_from_sensor(one),
+        field_of_view(one),
         twins(one),
         turned_pose(one),
     ];
@@ -65,7 +67,7 @@ fn turned_pose(one: &One<'_>) -> Option<Finding> {
 }
 
 /// Positions that no sensor at its pose can have seen.
-fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
+pub(super) fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
     let (range_m, n) = one.survey.writing.mean_range()?;
     (range_m > FURTHEST_MEAN_M && n >= MIN_VALUES).then(|| {
         let says = format!("its detections are {range_m:.0} m from its sensor in the mean, further than sensors see");
@@ -75,6 +77,46 @@ fn far_from_sensor(one: &One<'_>) -> Option<Finding> {
         );
         one.fault(Code::FarFromSensor, says, change)
     })
+}
+
+/// A described view in which its detections are not, or of which they use the least part.
+fn field_of_view(one: &One<'_>) -> Option<Finding> {
+    let view = one.around.engine.agents().record(&one.agent)?.description?.field_of_view;
+    let wrong = one.survey.views.wrong(&view)?;
+    let declared = format!(
+        "{:.0} to {:.0} m, over {:.0}° about {:.0}° left of its heading",
+        view.range_min_m,
+        view.range_max_m,
+        view.width_rad.to_degrees(),
+        view.azimuth_rad.to_degrees()
+    );
+    match wrong {
+        WrongView::Outside { n, of, by_range } => {
+            let says = format!(
+                "{n} of {of} detections are outside of the field of view that it describes ({declared}), most of them {}",
+                if by_range { "too far away" } else { "in another direction" }
+            );
+            let change = format!(
+                "Correct {} in its sensor description, or the yaw of {}: what others see there and it does not is not counted as missed, and \
+                 what it does not see where it says it looks is",
+                if by_range {
+                    "`range_max_m` (m)"
+                } else {
+                    "`azimuth_rad` and `width_rad` (the full width, rad, not degrees)"
+                },
+                one.words("`sensor_pose`", "sensor_yaw")
+            );
+            Some(one.fault(Code::FieldOfView, says, change))
+        }
+        WrongView::TooFar { within_m } => {
+            let says = format!(
+                "it describes a field of view of {declared}, and 19 of 20 detections are within {within_m:.0} m"
+            );
+            let change = "`range_max_m` of its sensor description is in metres, and as far as it detects: objects beyond that are gone soon, because \
+                          they count as missed";
+            Some(one.note(Code::FieldOfView, says, change))
+        }
+    }
 }
 
 fn geodetic(one: &One<'_>) -> Option<Finding> {

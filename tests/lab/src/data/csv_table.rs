@@ -1,9 +1,10 @@
 //! CSV tables of users, read row by row. Errors name line, column and value.
 
 use crate::data::seconds;
-use std::io::Read;
+use std::borrow::Cow;
+use std::io::{Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
-use v2x_agent::trajectories::{Newlines, line_of};
+use v2x_agent::trajectories::{Newlines, line_of, separator_of};
 use v2x_common::class::Class;
 use v2x_common::detection::{MAX_COORDINATE_M, MAX_SIZE_M, MIN_SIZE_M};
 use v2x_common::geometry::{BevBox, wrap_angle};
@@ -97,7 +98,9 @@ const MAY_BE_EMPTY: [&str; 8] = ["w", "d", "yaw", "sx", "sy", "sw", "sd", "st"];
 #[derive(Debug)]
 pub(crate) struct CsvTable<R> {
     path: PathBuf,
-    reader: csv::Reader<Newlines<R>>,
+    reader: csv::Reader<Newlines<Chain<Cursor<Vec<u8>>, R>>>,
+    /// Where columns are separated by something else, a comma may be that of a number.
+    has_decimal_commas: bool,
     n_columns: usize,
     places: Vec<(&'static str, usize)>,
     record: csv::StringRecord,
@@ -113,17 +116,25 @@ impl CsvTable<std::fs::File> {
 }
 
 impl<R: Read> CsvTable<R> {
-    /// Reads the header. It must contain the first columns and may contain the second; all others are ignored. `path` is
+    /// Reads the header; its columns are separated by what it has most of: commas, semicolons or tabs. It must contain the first columns and may contain the second; all others are ignored. `path` is
     /// for errors.
     pub(crate) fn new(
-        table: R,
+        mut table: R,
         path: &Path,
         (needed, optional): (&[&'static str], &[&'static str]),
     ) -> Result<Self, CsvError> {
         let path = path.to_owned();
         // The error of a short row names the first missing column.
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(Newlines::of(table));
+        let first = match first_line(&mut table) {
+            Ok(first) => first,
+            Err(source) => return Err(CsvError::NoTable { path, source: source.into() }),
+        };
+        let separator = separator_of(&first);
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .trim(csv::Trim::All)
+            .flexible(true)
+            .from_reader(Newlines::of(Cursor::new(first).chain(table)));
         let header = match reader.headers() {
             Ok(header) => header.clone(),
             Err(source) => return Err(CsvError::NoTable { path, source }),
@@ -139,7 +150,15 @@ impl<R: Read> CsvTable<R> {
             });
         }
         let places = needed.iter().chain(optional).filter_map(place).collect();
-        Ok(Self { path, reader, n_columns: header.len(), places, record: csv::StringRecord::new() })
+        let has_decimal_commas = separator != b',';
+        Ok(Self {
+            path,
+            reader,
+            has_decimal_commas,
+            n_columns: header.len(),
+            places,
+            record: csv::StringRecord::new(),
+        })
     }
 
     /// Whether the table has this column, of those that were requested.
@@ -170,7 +189,8 @@ impl<R: Read> CsvTable<R> {
         if cells > columns {
             return Err(CsvError::TooManyCells { path: path.clone(), line, cells, columns });
         }
-        Ok(Some(Row { record: &self.record, places: &self.places, line, path }))
+        let has_decimal_commas = self.has_decimal_commas;
+        Ok(Some(Row { record: &self.record, places: &self.places, has_decimal_commas, line, path }))
     }
 }
 
@@ -179,6 +199,7 @@ impl<R: Read> CsvTable<R> {
 pub(crate) struct Row<'a> {
     record: &'a csv::StringRecord,
     places: &'a [(&'static str, usize)],
+    has_decimal_commas: bool,
     line: u64,
     path: &'a Path,
 }
@@ -201,6 +222,15 @@ impl<'a> Row<'a> {
         CsvError::Field { path, line: self.line, column, value, expected: expected.into() }
     }
 
+    /// A number with a point, whatever it is written with.
+    fn plain(&self, text: &'a str) -> Cow<'a, str> {
+        if self.has_decimal_commas && text.contains(',') {
+            Cow::Owned(text.replacen(',', ".", 1))
+        } else {
+            Cow::Borrowed(text)
+        }
+    }
+
     /// A number for which `ok` holds.
     pub(crate) fn number(
         &self,
@@ -209,7 +239,7 @@ impl<'a> Row<'a> {
         expected: &str,
     ) -> Result<f64, CsvError> {
         let text = self.text(column);
-        let number = text.parse().ok().filter(|value| ok(*value));
+        let number = self.plain(text).parse().ok().filter(|value| ok(*value));
         number.ok_or_else(|| self.wrong(column, format!("{expected}{}", if_comma(text))))
     }
 
@@ -247,7 +277,8 @@ impl<'a> Row<'a> {
     /// A time in seconds.
     pub(crate) fn seconds(&self, column: &'static str) -> Result<Timestamp, CsvError> {
         let text = self.text(column);
-        seconds::parse(text).ok_or_else(|| self.wrong(column, expected_time(text) + if_comma(text)))
+        seconds::parse(&self.plain(text))
+            .ok_or_else(|| self.wrong(column, expected_time(text) + if_comma(text)))
     }
 
     /// A class by its name in any of the known vocabularies; `None` for another name.
@@ -274,6 +305,20 @@ impl<'a> Row<'a> {
     }
 }
 
+/// What comes up to the end of the first line that is not empty, or to where no header goes on.
+fn first_line(table: &mut impl Read) -> std::io::Result<Vec<u8>> {
+    const LONGEST: u64 = 65_536;
+    const AT_ONCE: u64 = 256;
+    let mut first = Vec::new();
+    let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
+    while (first.len() as u64) < LONGEST && !first.trim_ascii_start().iter().any(is_end) {
+        if table.by_ref().take(AT_ONCE).read_to_end(&mut first)? == 0 {
+            break;
+        }
+    }
+    Ok(first)
+}
+
 /// What is said of a number with a decimal comma.
 fn if_comma(text: &str) -> &'static str {
     let is_number = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
@@ -293,7 +338,7 @@ fn if_no_text(error: &csv::Error) -> &'static str {
 /// What may be wrong with a header that lacks columns.
 fn hint(header: &csv::StringRecord, missing: &[&str]) -> String {
     let first = header.get(0).unwrap_or_default();
-    for (separator, name) in [(';', "`;`"), ('\t', "tabs"), ('|', "`|`")] {
+    for (separator, name) in [('|', "`|`"), (' ', "spaces")] {
         if header.len() == 1 && first.contains(separator) {
             let names: Vec<&str> = first.split(separator).map(str::trim).collect();
             let missing: Vec<&str> = missing.iter().filter(|one| !names.contains(one)).copied().collect();
@@ -375,14 +420,10 @@ mod tests {
             error.to_string().split_once(needed.join(",").as_str()).unwrap().1.to_owned()
         };
         let points = "commas, and points in numbers (1.5, and not 1,5)";
-        assert_eq!(hint(&["x", "y"], "x;y\n"), format!(". Its columns are separated by `;`: write {points}"));
-        assert_eq!(
-            hint(&["x", "y"], "x\ty\n"),
-            format!(". Its columns are separated by tabs: write {points}")
-        );
-        let capitals = hint(&["x", "y"], "X;Y\n");
+        assert_eq!(hint(&["x", "y"], "x|y\n"), format!(". Its columns are separated by `|`: write {points}"));
+        let capitals = hint(&["x", "y"], "X|Y\n");
         assert!(
-            capitals.contains("separated by `;`") && capitals.ends_with("in small letters: write x, y"),
+            capitals.contains("separated by `|`") && capitals.ends_with("in small letters: write x, y"),
             "{capitals}"
         );
         assert_eq!(hint(&["x", "sensor_id"], "x,sensor\n"), "; call the column sensor sensor_id");
@@ -411,6 +452,21 @@ mod tests {
         let utf16: Vec<u8> = "\u{feff}x,y\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
         let error = CsvTable::new(&utf16[..], Path::new("a.csv"), (&["x"], &[])).unwrap_err().to_string();
         assert!(error.contains("UTF-16") && error.contains("save it as CSV in UTF-8"), "{error}");
+    }
+
+    #[test]
+    fn semicolons_and_tabs_separate_columns_too_and_then_numbers_may_have_decimal_commas() {
+        for text in
+            ["x;y\n1,5;-2e3\n", "\u{feff}x;y\n1.5;-2000,0\n", "x\ty\r\n1,5\t-2000\r\n", "x,y\n1.5,-2000\n"]
+        {
+            let mut table = table(text).unwrap();
+            let row = table.next_row().unwrap().unwrap();
+            let number = |column| row.number(column, f64::is_finite, "a number").unwrap();
+            assert_eq!([number("x"), number("y")], [1.5, -2000.0], "{text:?}");
+        }
+        let mut times = table("x;y\n12,345;0\n").unwrap();
+        let row = times.next_row().unwrap().unwrap();
+        assert_eq!(row.seconds("x").unwrap(), Timestamp::EPOCH + v2x_common::time::Span::from_millis(12_345));
     }
 
     #[test]

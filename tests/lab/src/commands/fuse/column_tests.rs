@@ -280,3 +280,63 @@ fn exchanged_longitudes_and_latitudes_are_said_with_the_frame_that_reads_them() 
     );
     assert!(!message.contains("NaN"), "{message}");
 }
+
+/// What the command says of a log.
+fn said(name: &str, log: &str) -> String {
+    let folder = Folder::new(name);
+    run(&folder.args(log, None)).unwrap().warnings.join("\n")
+}
+
+#[test]
+fn a_log_that_a_spreadsheet_wrote_with_semicolons_and_decimal_commas_is_fused_as_the_other_one() {
+    let (log, truth) = drive();
+    let (plain, german) = (Folder::new("commas"), Folder::new("semicolons"));
+    let other = |text: &str| text.replace(',', ";").replace('.', ",");
+    let expected = run(&plain.args(&log, Some(&truth))).unwrap();
+    let found = run(&german.args(&other(&log), Some(&other(&truth)))).unwrap();
+    assert_eq!((found.frames, found.detections, found.fused_rows), (60, 60, expected.fused_rows));
+    let fused = |folder: &Folder| std::fs::read_to_string(folder.0.join("fused.csv")).unwrap();
+    assert_eq!(fused(&german), fused(&plain));
+}
+
+/// A camera over three cars, ten times a second for twelve seconds, without the frames that `is_lost` names; its pose's heading as
+/// it is written.
+fn camera(sensor_yaw: &str, is_lost: impl Fn(u32) -> bool) -> String {
+    let mut log =
+        "t_arr,t,sensor_id,class,x,y,w,d,yaw,sx,sy,sw,sd,st,sensor_x,sensor_y,sensor_yaw\n".to_owned();
+    for tenth in (0..120).filter(|tenth| !is_lost(*tenth)) {
+        let t = 100.0 + 0.1 * f64::from(tenth);
+        for car in 0..3 {
+            // To and fro by a decimetre, as sensors scatter.
+            let x = 0.8 * f64::from(tenth) - 40.0 + 0.1 * f64::from((tenth * 7 + car * 3) % 5);
+            let y = 4.0 * f64::from(car) + 0.1 * f64::from((tenth * 3 + car) % 5);
+            writeln!(
+                log,
+                "{},{t},pole,car,{x},{y},1.8,4.5,0,0.2,0.2,0.1,0.1,0.05,0,-10,{sensor_yaw}",
+                t + 0.03
+            )
+            .unwrap();
+        }
+    }
+    log
+}
+
+#[test]
+fn some_seconds_of_a_log_without_a_frame_are_said_with_their_times_and_lost_frames_are_not() {
+    let hole = said("hole", &camera("1.57", |tenth| (40..80).contains(&tenth)));
+    assert!(hole.contains("pole: it has no frame for 4.1 s, from t = 103.9 to 108.0 s"), "{hole}");
+    assert!(hole.contains("write a row for each frame all the same"), "{hole}");
+    let lost = said("lost", &camera("1.57", |tenth| tenth % 5 == 2 || (40..55).contains(&tenth)));
+    assert!(!lost.contains("no frame for"), "{lost}");
+}
+
+#[test]
+fn a_sensors_heading_in_degrees_is_named_with_its_column_and_one_in_radians_is_not() {
+    let degrees = said("degrees", &camera("90", |_| false));
+    assert!(
+        degrees.contains("the yaw of its sensor_yaw is 90.0") && degrees.contains("in degrees"),
+        "{degrees}"
+    );
+    let radians = said("radians", &camera("1.57", |_| false));
+    assert!(!radians.contains("sensor_yaw"), "{radians}");
+}

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::io::Read;
 use v2x_common::id::AgentId;
 use v2x_common::spelling::nearest;
-use v2x_common::time::Span;
+use v2x_common::time::{Span, Timestamp};
 use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 /// Times of capture and arrival that are farther apart than this are of different epochs.
@@ -38,6 +38,9 @@ pub(super) fn findings<R: Read>(
         let misses = |(sensor, of): &(&AgentId, &SensorSurvey)| no_misses(sensor, of, log.has_poses());
         all.extend(sensors.iter().filter_map(misses));
     }
+    // In another unit of time all of them are long.
+    let with_seconds = sensors.iter().filter(|(_, of)| of.time_units().is_none());
+    all.extend(with_seconds.filter_map(|(sensor, _)| hole(sensor, survey)));
     all.extend(unknown_classes(log));
     all.extend(found(findings, &in_other_units));
     all
@@ -75,6 +78,27 @@ fn times(sensor: &AgentId, survey: &SensorSurvey) -> Option<Finding> {
         );
         of_log(Code::TimeUnit, Some(*sensor), says, "Write both from the same time on")
     })
+}
+
+/// Times without a frame.
+fn hole(sensor: &AgentId, survey: &Survey) -> Option<Finding> {
+    let (holes, usual_s) = survey.holes(sensor);
+    let (from, to) = *holes.first()?;
+    let since_epoch_s = |at: Timestamp| (at - Timestamp::EPOCH).as_secs_f64();
+    let more = match holes.len() {
+        1 => String::new(),
+        n => format!(", the longest of {n} such times"),
+    };
+    let says = format!(
+        "it has no frame for {:.1} s, from t = {:.1} to {:.1} s{more}: usually one comes each {:.2} s",
+        (to - from).as_secs_f64(),
+        since_epoch_s(from),
+        since_epoch_s(to),
+        usual_s
+    );
+    let change = "If rows were lost there, what it saw is not fused. If it saw nothing, write a row for each frame all the same, with t_arr, t and \
+                  sensor_id and nothing else: only so it counts as seen to be empty";
+    Some(of_log(Code::Gaps, Some(*sensor), says, change).as_note())
 }
 
 /// Frames without a detection are evidence only where it is known what the sensor could see.
@@ -121,9 +145,11 @@ fn unknown_classes<R: Read>(log: &DetectionLog<R>) -> Vec<Finding> {
             names.total(),
             names.in_words()
         );
-        let change = format!(
-            "Write `{setting}` under `[hub.agents.{sensor}]` in the file of --hub-config, with {which}"
-        );
+        let change = if names.have_scores() {
+            "Write in the column class the class alone, such as car, and the number beside it in the column score, from 0 to 1".to_owned()
+        } else {
+            format!("Write `{setting}` under `[hub.agents.{sensor}]` in the file of --hub-config, with {which}")
+        };
         of_log(Code::UnknownClasses, Some(*sensor), says, change).as_note()
     });
     findings.collect()

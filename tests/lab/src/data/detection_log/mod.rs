@@ -1,6 +1,7 @@
 //! A log of detections, read frame by frame in order of arrival.
 
 mod arrival;
+mod holes;
 mod lateness;
 mod remarks;
 mod row;

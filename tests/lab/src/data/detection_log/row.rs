@@ -111,7 +111,11 @@ impl Report {
             sensor,
             pose: conversion.sensor_pose(),
             content: Content::Nothing,
-            reported: Reported { sigma_is_set: *says_sigma, ..Reported::by(conventions, false) },
+            reported: Reported {
+                sigma_is_set: *says_sigma,
+                pose_yaw: pose.map_or(0.0, |pose| conversion.heading(pose.yaw)),
+                ..Reported::by(conventions, false)
+            },
             unmapped: None,
         };
         let name = row.text("class");
@@ -141,7 +145,8 @@ impl Report {
 /// An agent whose positions are relative to its own pose must have one, with a heading.
 fn own_pose(row: &Row<'_>, sensor: &AgentId) -> Result<(), CsvError> {
     let columns = [SENSOR_COLUMNS[0], SENSOR_COLUMNS[1], SENSOR_YAW_COLUMN];
-    let is_number = |column: &&str| row.text(column).parse().is_ok_and(f64::is_finite);
+    let is_number =
+        |column: &&'static str| row.number_if_any(column, "a number").is_ok_and(|number| number.is_some());
     match columns.into_iter().find(|column| !is_number(column)) {
         None => Ok(()),
         Some(column) => Err(row.wrong(

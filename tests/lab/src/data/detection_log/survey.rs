@@ -1,6 +1,7 @@
 //! Statistics of the sensors of a log, gathered frame by frame.
 
 use super::arrival::Arrival;
+use super::holes::Holes;
 use super::time_units::{Progress, TimeUnits};
 use std::collections::BTreeMap;
 use v2x_common::id::AgentId;
@@ -29,6 +30,7 @@ pub(crate) struct SensorSurvey {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Survey {
     sensors: BTreeMap<AgentId, SensorSurvey>,
+    holes: BTreeMap<AgentId, Holes>,
 }
 
 impl Survey {
@@ -46,12 +48,18 @@ impl Survey {
             arrivals: Progress::from(*received_at),
         });
         sensor.frames += 1;
+        self.holes.entry(frame.id.agent).or_insert_with(|| Holes::from(at)).note(at);
         sensor.empty_without_place += u64::from(frame.detections.is_empty() && frame.sensor_pose.is_none());
         sensor.captures.note(at);
         sensor.arrivals.note(*received_at);
         sensor.detections += frame.detections.len() as u64;
         sensor.captured = (sensor.captured.0.min(at), sensor.captured.1.max(at));
         sensor.delay = (sensor.delay.0.min(delay), sensor.delay.1.max(delay));
+    }
+
+    /// Times without a frame of it, the longest first, and its usual interval, s.
+    pub(crate) fn holes(&self, sensor: &AgentId) -> (Vec<(Timestamp, Timestamp)>, f64) {
+        self.holes.get(sensor).map(Holes::found).unwrap_or_default()
     }
 
     /// The sensors by name.
