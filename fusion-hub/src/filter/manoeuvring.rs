@@ -213,6 +213,11 @@ impl Filter for ImmState {
         self.motion.motion()
     }
 
+    #[inline]
+    fn turn_rate(&self) -> f64 {
+        self.motion.turn_rate()
+    }
+
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]> {
         Some(&self.sizes)
     }

@@ -138,6 +138,9 @@ pub trait Filter: Copy + Debug + PartialEq + Serialize + DeserializeOwned {
     /// Velocity and turn rate at the state's own time.
     fn motion(&self) -> Motion;
 
+    /// That turn rate alone, rad/s: 0 of a filter that has none.
+    fn turn_rate(&self) -> f64;
+
     /// Evidence of width and depth, where the filter keeps it; class priors are then learnt from it.
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]>;
 

@@ -184,9 +184,14 @@ impl Filter for State {
             velocity,
             covariance: vv,
             with_position: Covariance2 { xx, xy: (x_vy + y_vx) / 2.0, yy },
-            turn_rate: 0.0,
+            turn_rate: self.turn_rate(),
             turn_rate_variance: TURN_RATE * TURN_RATE,
         }
+    }
+
+    #[inline]
+    fn turn_rate(&self) -> f64 {
+        0.0
     }
 
     fn size_evidence(&self) -> Option<&[SizeEvidence; 2]> {

@@ -197,7 +197,7 @@ impl<F: Filter> Snapshot<F> {
         let mut read = self.orientation.read(frame.at, z, &held, front_odds_ln);
         if frame.model.headings.lasts() {
             let turn = Turn {
-                rate: self.state.motion().turn_rate,
+                rate: self.state.turn_rate(),
                 off: axis_difference(read.z.yaw, self.state.heading().0),
             };
             let model = &frame.model;

@@ -228,18 +228,24 @@ impl Imm {
         output::moments(&self.kinematics(), &self.places())
     }
 
+    /// Mean of the turn rate, all models together, rad/s.
+    #[inline]
+    pub fn turn_rate(&self) -> f64 {
+        // Only the manoeuvring model turns.
+        self.weights[MANOEUVRE] * self.manoeuvre.mean[gaussian::TURN]
+    }
+
     /// Mean and covariance of the velocity and of the turn rate, all models together.
     pub fn motion(&self) -> super::Motion {
         let Moments { velocity, covariance, .. } = self.moments();
         let [_, _, x_vx, x_vy, _, y_vx, y_vy, vxx, vxy, vyy] = covariance;
-        // Only the manoeuvring model turns.
         let (share, rate) = (self.weights[MANOEUVRE], self.manoeuvre.mean[gaussian::TURN]);
         let spread = self.manoeuvre.covariance[gaussian::at(gaussian::TURN, gaussian::TURN)];
         super::Motion {
             velocity,
             covariance: Covariance2 { xx: vxx, xy: vxy, yy: vyy },
             with_position: Covariance2 { xx: x_vx, xy: (x_vy + y_vx) / 2.0, yy: y_vy },
-            turn_rate: share * rate,
+            turn_rate: self.turn_rate(),
             turn_rate_variance: share * (spread + (1.0 - share) * rate * rate),
         }
     }

@@ -37,7 +37,7 @@ impl Lateness {
         let of = |sensor: Option<AgentId>| self.delays.iter().rfind(|delay| delay.sensor == sensor);
         if let Some(Delay { least, most, .. }) = of(Some(arrival.frame.id.agent)).or_else(|| of(None)) {
             let nanoseconds = self.rng.random_range(least.as_nanos()..=most.as_nanos());
-            arrival.received_at = arrival.received_at + Span::from_nanos(nanoseconds);
+            arrival.received_at += Span::from_nanos(nanoseconds);
         }
         self.on_the_way.insert((arrival.received_at, self.n_drawn), arrival);
         self.n_drawn += 1;
