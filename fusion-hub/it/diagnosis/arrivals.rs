@@ -175,7 +175,7 @@ fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
     let [one] = &findings[..] else { panic!("{findings:#?}") };
     assert!(one.code == Code::Overload && one.says.contains("4 agents (east, north, south, west)"), "{one}");
     // What waits too long for that hub arrives too late.
-    let late = |frame: &mut Frame| frame.delay_ms += if frame.sequence % 2 == 0 { 3_000 } else { 0 };
+    let late = |frame: &mut Frame| frame.delay_ms += if frame.sequence.is_multiple_of(2) { 3_000 } else { 0 };
     let findings = findings_with("", of_all, late, |_| None);
     assert!(findings.iter().all(|one| one.code != Code::FramesRefused), "{findings:#?}");
     let findings = findings_with("", |_| {}, late, |_| None);

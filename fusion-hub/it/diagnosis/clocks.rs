@@ -103,7 +103,7 @@ fn one_stamp_for_all_frames_is_one_finding_and_not_two_about_clocks_and_processe
 fn stamps_that_count_from_1980_are_named_and_those_of_another_day_are_a_clock() {
     let behind = |by_s: i64| {
         found(move |frame| {
-            frame.more = json!({ "captured_at": (START_MS + frame.captured_ms - 1000 * by_s) * 1000 })
+            frame.more = json!({ "captured_at": (START_MS + frame.captured_ms - 1000 * by_s) * 1000 });
         })
     };
     assert_only(&behind(315_964_800 - 18), Code::TimeUnit, "counts from 1980, as GPS does");
