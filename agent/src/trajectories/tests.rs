@@ -425,7 +425,7 @@ fn times_in_another_unit_and_places_in_degrees_are_named_and_nothing_is_said_of_
     assert_eq!(drive(|t, x, y| (t, x, y)).unwrap(), Vec::<String>::new());
     // A slow recording is no mistake.
     assert_eq!(drive(|t, x, y| (20.0 * t, 20.0 * x, y)).unwrap(), Vec::<String>::new());
-    assert_eq!(drive(|t, x, y| (10.0 * t + 0.5, x, y)).unwrap(), Vec::<String>::new());
+    assert_eq!(drive(|t, x, y| (10.3 * t, x, y)).unwrap(), Vec::<String>::new());
     let named = |words: &str, found: Result<Vec<String>, TrafficError>| {
         let said = found.unwrap_or_else(|error| vec![error.to_string()]).join("; ");
         assert!(said.contains(words), "{said}");
