@@ -1,6 +1,7 @@
 //! How an agent's headings err: they may be turned round, or off by a constant.
 
 use super::Measurement;
+use super::position_errors::LEAST_INTERVAL_S;
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::wrap_angle;
 
@@ -89,7 +90,9 @@ impl HeadingLaw {
         let turned = turn.rate * TOLD_BY_POSITIONS_S;
         let off2 = turn.off * turn.off / (OFF_SIGMAS * OFF_SIGMAS * (declared + lasting));
         let goes_straight = 1.0 / (1.0 + turned * turned / variance + off2 * off2);
-        variance * (2.0 * LASTS_S / interval_s - 1.0).max(0.0) * goes_straight
+        // Frames of one instant have no time between them.
+        let reports = 2.0 * LASTS_S / interval_s.max(LEAST_INTERVAL_S) - 1.0;
+        variance * reports.max(0.0) * goes_straight
     }
 
     /// Takes the constant error from a measurement.
@@ -129,6 +132,8 @@ mod tests {
         assert!(more(0.0, 0.5) < 0.005, "rather a turn");
         assert!(more(0.6, 0.0) < 0.005, "a bend");
         assert_eq!(law.by_lasting(declared, 10.0, &Turn { rate: 0.0, off: 0.0 }), 0.0, "seldom frames");
+        let of_one_instant = law.by_lasting(declared, 0.0, &Turn { rate: 0.0, off: 0.0 });
+        assert!(of_one_instant.is_finite() && of_one_instant > 0.0, "{of_one_instant}");
         assert!(law.lasts() && !HeadingLaw::UNKNOWN.lasts() && !HeadingLaw::AsReported.lasts());
     }
 }

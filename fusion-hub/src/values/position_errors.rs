@@ -9,7 +9,7 @@ const LASTS_S: f64 = 1.0;
 /// So they change by so many times their own variance in a second: 2/τ.
 const WANDER_PER_S: f64 = 2.0 / LASTS_S;
 /// Agents do not send more often, s.
-const LEAST_INTERVAL_S: f64 = 1e-3;
+pub(super) const LEAST_INTERVAL_S: f64 = 1e-3;
 /// An agent whose errors last less decides by how much the estimate wanders for so long after its last detection, s, and for so
 /// many intervals of its frames.
 const DECIDES_FOR_S: f64 = 1.0;
