@@ -24,7 +24,8 @@ if ! command -v cargo-deny >/dev/null; then
   exit 0
 fi
 for manifest in Cargo.toml deploy/python/Cargo.toml; do
-  deny() { cargo deny --locked --all-features --manifest-path "$manifest" check --config "$PWD/.cargo/deny.toml" --hide-inclusion-graph "$@"; }
+  # Its own search ends at .cargo/deny.toml, for both; the option to name it has another place from version to version.
+  deny() { cargo deny --locked --all-features --manifest-path "$manifest" check --hide-inclusion-graph "$@"; }
   deny bans licenses sources
   if ! deny advisories; then
     # Without a network the database of advisories cannot be fetched: that is no fault of a dependency.
