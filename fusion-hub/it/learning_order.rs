@@ -1,44 +1,16 @@
 //! How much of what is learnt depends on the order of arrival, where assignments do: in dense traffic.
 
-use crate::world::{agent, at, frame};
+use crate::world::{agent, at, box_of, draw, frame};
 use v2x_common::class::Class;
-use v2x_common::covariance::{BoxCovariance, Covariance2};
-use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
+use v2x_common::detection::{Detection, DetectionFrame};
 use v2x_common::fused::FusedObject;
-use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::geometry::Pose;
 use v2x_common::id::HubId;
 use v2x_fusion_hub::engine::{Disposition, Engine, EngineConfig};
 use v2x_fusion_hub::learning::LearntSensorReport;
 
 const FRAMES: i64 = 300;
 const AGENTS: [(&str, f64); 2] = [("first", -12.0), ("second", 14.0)];
-
-/// Numbers that repeat in no short period, in 0 to 1: of a frame, a sensor, and what they are for.
-fn draw(k: i64, sensor: i64, what: i64) -> f64 {
-    let mut mixed = (k.cast_unsigned() << 24) ^ (sensor.cast_unsigned() << 16) ^ what.cast_unsigned();
-    for _ in 0..2 {
-        mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-    (mixed >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-fn report(class: Class, [x, y]: [f64; 2]) -> Detection {
-    let (w, d) = class.typical_size();
-    Detection {
-        class,
-        score: 1.0,
-        bev: BevBox { x, y, w, d, yaw: 0.0 },
-        covariance: BoxCovariance {
-            position: Covariance2::isotropic(0.16),
-            ww: 0.01 * w * w,
-            dd: 0.01 * d * d,
-            yaw: 0.01,
-        },
-        velocity: None,
-        heading: HeadingKind::Known,
-        source_track: None,
-    }
-}
 
 /// A crowd that walks both ways, a metre and a half apart, beside a queue of cars: with errors of .7 m, one frame does not say
 /// who is who.
@@ -55,12 +27,12 @@ fn detections(k: i64, sensor: i64) -> Vec<Detection> {
     let mut reports: Vec<_> = seen
         .map(|(what, (class, [x, y]))| {
             let error = |axis: i64| 1.4 * (draw(k, sensor, 100 + 2 * what + axis) - 0.5);
-            report(class, [x + error(0), y + error(1)])
+            box_of(class, 0.16, [x + error(0), y + error(1)])
         })
         .collect();
     for what in 0..3 {
         let place = [40.0 * draw(k, sensor, 300 + what) - 20.0, 30.0 * draw(k, sensor, 310 + what) - 15.0];
-        reports.push(report(Class::Adult, place));
+        reports.push(box_of(Class::Adult, 0.16, place));
     }
     reports
 }

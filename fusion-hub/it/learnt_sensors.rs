@@ -1,10 +1,9 @@
 //! What is learnt of detectors that see some classes less surely than others, and of what they report that is not there.
 
-use crate::world::{agent, at, description, frame};
+use crate::world::{agent, at, box_of, description, draw, frame};
 use v2x_common::class::Class;
-use v2x_common::covariance::{BoxCovariance, Covariance2};
-use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
-use v2x_common::geometry::{BevBox, Pose};
+use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::geometry::Pose;
 use v2x_common::id::HubId;
 use v2x_fusion_hub::engine::{Engine, EngineConfig};
 use v2x_fusion_hub::learning::LearntSensorReport;
@@ -14,33 +13,6 @@ const FRAMES: i64 = 300;
 const LEARNT_AT: i64 = 150;
 /// False detections lie this far from the sensor at most, m.
 const REACH_M: f64 = 50.0;
-
-/// Numbers that repeat in no short period, in 0 to 1: of a frame, a sensor, and what they are for.
-fn draw(k: i64, sensor: i64, what: i64) -> f64 {
-    let mut mixed = (k.cast_unsigned() << 24) ^ (sensor.cast_unsigned() << 16) ^ what.cast_unsigned();
-    for _ in 0..2 {
-        mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-    (mixed >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-fn report(class: Class, [x, y]: [f64; 2]) -> Detection {
-    let (w, d) = class.typical_size();
-    Detection {
-        class,
-        score: 1.0,
-        bev: BevBox { x, y, w, d, yaw: 0.0 },
-        covariance: BoxCovariance {
-            position: Covariance2::isotropic(0.3),
-            ww: 0.01 * w * w,
-            dd: 0.01 * d * d,
-            yaw: 0.01,
-        },
-        velocity: None,
-        heading: HeadingKind::Known,
-        source_track: None,
-    }
-}
 
 /// How the detectors of a run are.
 #[derive(Clone, Copy)]
@@ -76,15 +48,16 @@ fn detections(k: i64, sensor: i64, detectors: &Detectors, pose: &Pose) -> Vec<De
         let probability = if class == Class::Car { detectors.cars } else { detectors.people };
         if draw(k, sensor, what) < probability {
             let error = |axis: i64| 0.5 * (draw(k, sensor, 100 + 2 * what + axis) - 0.5);
-            reports.push(report(class, [x + error(0), y + error(1)]));
+            reports.push(box_of(class, 0.3, [x + error(0), y + error(1)]));
         }
     }
     let n = 2.0 * detectors.n_false * draw(k, sensor, 200);
     for what in 0..libm::round(n) as i64 {
         let radius = REACH_M * libm::sqrt(draw(k, sensor, 300 + what));
         let angle = std::f64::consts::TAU * draw(k, sensor, 400 + what);
-        reports.push(report(
+        reports.push(box_of(
             Class::Car,
+            0.3,
             [pose.x + radius * libm::cos(angle), pose.y + radius * libm::sin(angle)],
         ));
     }

@@ -2,7 +2,7 @@
 
 use v2x_common::class::Class;
 use v2x_common::covariance::{BoxCovariance, Covariance2};
-use v2x_common::detection::{Detection, DetectionFrame};
+use v2x_common::detection::{Detection, DetectionFrame, HeadingKind};
 use v2x_common::geometry::{BevBox, Pose};
 use v2x_common::id::{AgentId, FrameId, HubId};
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind};
@@ -66,7 +66,7 @@ pub(crate) fn detection(object: u32, captured_at: Timestamp, error: (f64, f64)) 
         },
         covariance: BoxCovariance { position: Covariance2::isotropic(SIGMA_M), ww: 0.1, dd: 0.6, yaw: 0.01 },
         velocity: None,
-        heading: v2x_common::detection::HeadingKind::Known,
+        heading: HeadingKind::Known,
         source_track: None,
     }
 }
@@ -84,5 +84,33 @@ pub(crate) fn frame(
         sensor_revision: 1,
         map_frame: None,
         detections,
+    }
+}
+
+/// Numbers that repeat in no short period, in 0 to 1: of a frame, a sensor, and what they are for.
+pub(crate) fn draw(k: i64, sensor: i64, what: i64) -> f64 {
+    let mut mixed = (k.cast_unsigned() << 24) ^ (sensor.cast_unsigned() << 16) ^ what.cast_unsigned();
+    for _ in 0..2 {
+        mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    }
+    (mixed >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A report of an object of typical size that points east, with this variance of its position along an axis, m².
+pub(crate) fn box_of(class: Class, variance: f64, [x, y]: [f64; 2]) -> Detection {
+    let (w, d) = class.typical_size();
+    Detection {
+        class,
+        score: 1.0,
+        bev: BevBox { x, y, w, d, yaw: 0.0 },
+        covariance: BoxCovariance {
+            position: Covariance2::isotropic(variance),
+            ww: 0.01 * w * w,
+            dd: 0.01 * d * d,
+            yaw: 0.01,
+        },
+        velocity: None,
+        heading: HeadingKind::Known,
+        source_track: None,
     }
 }
