@@ -4,8 +4,7 @@
 //! Exact reports do so, too, as a simulation's: but they have never scattered. A tracker may predict what it has missed for a moment.
 
 use super::observation::Observation;
-use v2x_common::class::ClassGroup;
-use v2x_common::detection::Detection;
+use super::stale::drives;
 use v2x_common::time::{Span, Timestamp};
 
 /// Objects that are followed, for how long without a detection, and detections of a frame that are looked at.
@@ -125,8 +124,4 @@ impl Thread {
         let with_one_step = off(1.0);
         if (by - 1.0).abs() < SAME_STEP { with_one_step } else { with_one_step.min(off(by)) }
     }
-}
-
-fn drives(one: &Detection) -> bool {
-    matches!(one.class.group(), ClassGroup::FourWheeled | ClassGroup::TwoWheeled | ClassGroup::Unknown)
 }

@@ -88,6 +88,7 @@ fn came_driving(one: &Detection, at: [f64; 2], before: &[([f64; 2], Class)], pas
     speed_mps.is_some_and(|speed| (DROVE_MPS.0..=DROVE_MPS.1).contains(&speed))
 }
 
-fn drives(one: &Detection) -> bool {
+/// Whether it is of something that may drive.
+pub(super) fn drives(one: &Detection) -> bool {
     matches!(one.class.group(), ClassGroup::FourWheeled | ClassGroup::TwoWheeled | ClassGroup::Unknown)
 }
