@@ -39,6 +39,7 @@ mod tests {
             tracker::update_listed(),
             tracker::occupied_listed(),
             values::existence_listed(),
+            vec![values::seen_places_listed()],
             values::coast_listed(),
             values::classes_listed(),
             values::exclusion_listed(),

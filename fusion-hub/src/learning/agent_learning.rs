@@ -8,6 +8,7 @@ use super::heading_counts::HeadingCounts;
 use super::innovation_counts::InnovationCounts;
 use super::pose_counts::PoseCounts;
 use super::reading::LearntSensor;
+use super::recent_places::RecentPlaces;
 use super::report::{Counted, LearntSensorReport};
 use super::score_counts::ScoreCounts;
 use super::sensor_statistics::SensorStatistics;
@@ -47,6 +48,7 @@ pub(super) struct AgentLearning {
     pub(super) clutter_before: f64,
     pub(super) declared_area_m2: Option<f64>,
     pub(super) statistics: SensorStatistics,
+    pub(super) places: RecentPlaces,
     pub(super) headings: HeadingCounts,
     pub(super) classes: ClassCounts,
     pub(super) scores: ScoreCounts,
@@ -148,6 +150,7 @@ impl AgentLearning {
             clutter_per_m2: self.clutter_density().filter(|_| !self.declared_clutter_holds()),
             is_trusted: self.clutter.is_trusted(),
             view_m: self.statistics.view_m(),
+            seen: self.places.seen(),
             interval_s: self.statistics.interval_s(),
             headings: Some(self.headings.law(self.is_described)),
             errors: PositionErrors {

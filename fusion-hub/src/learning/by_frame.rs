@@ -4,7 +4,7 @@
 use super::reading::LearntSensor;
 use super::score_counts::ScoreCounts;
 use super::sensor_statistics::SensorStatistics;
-use crate::values::ScoreModel;
+use crate::values::{ScoreModel, SeenPlaces};
 use v2x_common::detection::DetectionFrame;
 
 impl LearntSensor {
@@ -15,6 +15,9 @@ impl LearntSensor {
             self.scores = scores_of(frame);
         }
         self.view_m = self.view_m.or_else(|| view_m_of(frame));
+        if self.seen == SeenPlaces::default() {
+            self.seen = places_of(frame);
+        }
         self.detects |= !frame.detections.is_empty();
         self
     }
@@ -37,6 +40,17 @@ fn view_m_of(frame: &DetectionFrame) -> Option<f64> {
         statistics.add_detection(Some(pose.distance_to(detection.bev.x, detection.bev.y)));
     }
     statistics.view_m()
+}
+
+/// Where it detects something.
+fn places_of(frame: &DetectionFrame) -> SeenPlaces {
+    let mut places = SeenPlaces::default();
+    for detection in &frame.detections {
+        if let Some(pose) = &frame.sensor_pose {
+            places.note(pose, [detection.bev.x, detection.bev.y]);
+        }
+    }
+    places
 }
 
 #[cfg(test)]

@@ -155,6 +155,9 @@ impl Learner {
                 let [x, y] = position;
                 known.detected_at = known.detected_at.max(Some(frame.captured_at));
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
+                if let Some(pose) = frame.pose.as_ref().filter(|_| !known.is_described) {
+                    known.places.note(frame.captured_at, pose, position);
+                }
             }
             known.clutter.add_frame(detections);
             known.scores.add_frame(frame.scores);
@@ -392,7 +395,7 @@ impl Learner {
         let witness = Witness {
             at: frame.captured_at,
             position: [coverage.pose.x, coverage.pose.y],
-            probability: coverage.profile.probability(coverage.range_to(position), memory.group),
+            probability: coverage.detection_probability(position, memory.group),
             is_detected,
         };
         memory.witnessed(place, &witness, |agent, band| {
@@ -405,7 +408,7 @@ impl Learner {
     /// A miss waits until the object is detected again: before that it may have gone.
     fn observe_missed(&mut self, memory: &mut TrackMemory, frame: &StoredFrame) {
         let (Some(coverage), Some(position)) = (&frame.coverage, memory.position) else { return };
-        if coverage.covers(position, VIEW_MARGIN_M) {
+        if coverage.covers(position, VIEW_MARGIN_M) && coverage.is_known_to_see(position) {
             let place = memory.place_of(frame.agent);
             let before = memory.note(place, false);
             self.follow(memory, place, (frame, position), false);

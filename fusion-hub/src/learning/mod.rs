@@ -17,6 +17,7 @@ mod innovation_counts;
 mod learner;
 mod pose_counts;
 mod reading;
+mod recent_places;
 mod report;
 mod score_counts;
 mod sensor_statistics;
@@ -37,7 +38,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         detection_counts::listed(),
         heading_counts::listed(),
         innovation_counts::listed(),
-        vec![pose_counts::listed()],
+        vec![pose_counts::listed(), recent_places::listed()],
         score_counts::listed(),
         sensor_statistics::listed(),
         reading::listed(),

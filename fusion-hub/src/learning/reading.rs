@@ -3,7 +3,7 @@
 use super::detection_counts::{DetectionCounts, ProfilePrior};
 use crate::values::{
     ClassLaw, Coverage, DetectionModel, DetectionProfile, HeadingLaw, Persistence, PoseErrors,
-    PositionErrors, RANGE_BINS, ScoreModel, SensingDefaults,
+    PositionErrors, RANGE_BINS, ScoreModel, SeenPlaces, SensingDefaults,
 };
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
@@ -60,6 +60,8 @@ pub(crate) struct LearntSensor {
     pub(super) is_trusted: bool,
     /// How far its view reaches, m.
     pub(super) view_m: Option<f64>,
+    /// Where about itself it has detected anything.
+    pub(super) seen: SeenPlaces,
     /// Time between frames, s.
     pub(super) interval_s: Option<f64>,
     /// How its headings err.
@@ -175,6 +177,7 @@ impl LearntSensor {
             field_of_view: FieldOfView::omnidirectional(0.0, view_m),
             body: None,
             profile,
+            seen: Some(self.seen),
         };
         FrameReading { model, coverage: pose.zip(self.view_m).map(view) }
     }

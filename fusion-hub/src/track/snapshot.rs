@@ -312,8 +312,7 @@ impl<F: Filter> Snapshot<F> {
         let (position, sigma_m) = state.place_at(if is_synchronous { state.at() } else { at }, motion_class);
         if coverage.covers(position, VIEW_MARGIN_SIGMAS * sigma_m + VIEW_MARGIN_M) {
             self.survive_to(at);
-            let range_m = coverage.range_for_profile(position);
-            let mut probability = coverage.profile.probability(range_m, self.class.group());
+            let mut probability = coverage.detection_probability(position, self.class.group());
             if model.keeps_support {
                 let given = coverage.profile.given(probability, self.support.last(agent));
                 self.support.note_missed(frame.for_support(probability));

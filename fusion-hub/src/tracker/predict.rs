@@ -251,8 +251,7 @@ impl Known {
         if let Some(coverage) = &frame.coverage
             && coverage.covers(predicted.position, 0.0)
         {
-            let range_m = coverage.range_for_profile(predicted.position);
-            let probability = coverage.profile.probability(range_m, self.class.group());
+            let probability = coverage.detection_probability(predicted.position, self.class.group());
             predicted.report_probability = self.existence * probability;
         }
     }

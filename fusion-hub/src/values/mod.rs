@@ -26,6 +26,7 @@ mod predicted;
 mod real;
 mod saved;
 mod score_model;
+mod seen_places;
 mod sensor_model;
 mod support;
 
@@ -51,6 +52,7 @@ pub use real::{LANES, Real};
 pub(crate) use saved::saved;
 pub use saved::{Saved, StateError};
 pub use score_model::{SCORE_BANDS, ScoreBand, ScoreEvidence, ScoreModel, logit};
+pub use seen_places::SeenPlaces;
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::{Support, SupportFrame};
 
@@ -59,5 +61,6 @@ pub(crate) use {
     class_belief::listed as classes_listed, coast::listed as coast_listed,
     exclusion::listed as exclusion_listed, existence::listed as existence_listed,
     heading_law::listed as headings_listed, pose_errors::listed as pose_errors_listed,
-    position_errors::listed as position_errors_listed, support::listed as support_listed,
+    position_errors::listed as position_errors_listed, seen_places::listed as seen_places_listed,
+    support::listed as support_listed,
 };

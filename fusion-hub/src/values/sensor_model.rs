@@ -9,6 +9,7 @@ use super::measurement::{Measurement, SizeLaw};
 use super::pose_errors::PoseErrors;
 use super::position_errors::PositionErrors;
 use super::score_model::{ScoreBand, ScoreModel};
+use super::seen_places::SeenPlaces;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::class::ClassGroup;
@@ -160,6 +161,8 @@ pub struct Coverage {
     pub body: Option<Body>,
     /// Probabilities that an object in the field of view is detected.
     pub profile: DetectionProfile,
+    /// Where it has detected anything; `None` of a field of view that is declared.
+    pub seen: Option<SeenPlaces>,
 }
 
 impl Coverage {
@@ -169,6 +172,21 @@ impl Coverage {
             && !self.body.is_some_and(|body| {
                 self.pose.distance_to(x, y) < body.at(&self.pose).circumradius() + margin_m
             })
+    }
+
+    /// Probability that an object of a group at a position (m) in the field of view is detected.
+    #[inline]
+    pub fn detection_probability(&self, position: [f64; 2], group: ClassGroup) -> f64 {
+        let probability = self.profile.probability(self.range_for_profile(position), group);
+        match &self.seen {
+            Some(seen) => probability * seen.probability(&self.pose, position),
+            None => probability,
+        }
+    }
+
+    /// Whether it is known to see objects about a position, m.
+    pub fn is_known_to_see(&self, position: [f64; 2]) -> bool {
+        self.seen.as_ref().is_none_or(|seen| seen.hold(&self.pose, position))
     }
 
     /// Distance of a position (m) from the sensor, m.
@@ -250,6 +268,7 @@ impl SensorModel {
             field_of_view: description.field_of_view,
             body: description.body,
             profile: self.model.profile,
+            seen: None,
         }
     }
 }
