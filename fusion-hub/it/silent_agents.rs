@@ -67,6 +67,16 @@ fn describe(engine: &mut Engine, name: &str, description: &SensorDescription) {
 
 /// Mean share of the parked cars that are published after the first ten seconds.
 fn share_published(engine: &mut Engine, seconds: i64, frames: impl Fn(i64) -> Vec<DetectionFrame>) -> f64 {
+    share_of(&PLACES, engine, seconds, frames)
+}
+
+/// The same of cars at these places.
+fn share_of(
+    places: &[[f64; 2]],
+    engine: &mut Engine,
+    seconds: i64,
+    frames: impl Fn(i64) -> Vec<DetectionFrame>,
+) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for ms in (0..1000 * seconds).step_by(50) {
         for sent in frames(ms) {
@@ -77,7 +87,7 @@ fn share_published(engine: &mut Engine, seconds: i64, frames: impl Fn(i64) -> Ve
             let is_there = |[x, y]: &&[f64; 2]| {
                 objects.iter().any(|object| libm::hypot(object.bev.x - x, object.bev.y - y) < 1.5)
             };
-            sum += PLACES.iter().filter(is_there).count() as f64 / PLACES.len() as f64;
+            sum += places.iter().filter(is_there).count() as f64 / places.len() as f64;
             n += 1.0;
         }
     }
@@ -148,5 +158,37 @@ fn what_one_agent_alone_sees_says_nothing_of_two_that_do_not() {
     for name in ["ego", "rsu"] {
         let learnt = engine.learnt(&agent(name)).expect("an agent of whom something is learnt");
         assert!(!learnt.overrules_declared, "{name}: {learnt:?}");
+    }
+}
+
+/// Parked cars of three streets, m.
+fn streets() -> [Vec<[f64; 2]>; 3] {
+    [0.0, 40.0, 80.0]
+        .map(|y| (0..5).map(|n| [-30.0 + 14.0 * f64::from(n), y + 3.0 * f64::from(n % 2)]).collect())
+}
+
+#[test]
+fn agents_that_describe_nothing_and_see_a_street_each_take_nothing_from_each_other() {
+    let streets = streets();
+    // One agent a street, and two in one of them, which outnumber the others.
+    for agents in [&[("a", 0), ("b", 1), ("c", 2)][..], &[("a", 0), ("b", 1), ("b2", 1), ("c", 2), ("c2", 2)]]
+    {
+        let mut engine = engine();
+        let share = share_of(&streets.concat(), &mut engine, 40, |ms| {
+            if ms % 100 != 0 {
+                return Vec::new();
+            }
+            let sent = agents.iter().map(|(name, street)| {
+                let sensor_pose = Some(Pose { y: 40.0 * *street as f64 - 5.0, ..HERE });
+                let seen = seen(name, (ms / 100, ms), &streets[*street]);
+                DetectionFrame { sensor_revision: 0, sensor_pose, ..seen }
+            });
+            sent.collect()
+        });
+        assert!(share > 0.98, "{} agents: {share}", agents.len());
+        for (name, _) in agents {
+            let learnt = engine.learnt(&agent(name)).expect("an agent of whom something is learnt");
+            assert!(learnt.detection_probability > Some(0.9), "{name}: {learnt:?}");
+        }
     }
 }

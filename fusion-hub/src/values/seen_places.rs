@@ -10,9 +10,9 @@ use v2x_common::geometry::Pose;
 const CELLS: usize = 32;
 const CELL_M: f64 = 12.0;
 /// A detection shows that a place so near, along an axis, is seen, m.
-const NEAR_M: f64 = 6.0;
+const NEAR_M: f64 = 12.0;
 /// How probable it is that a place is in view where nothing was ever detected.
-const SEES_ELSEWHERE: f64 = 0.2;
+const SEES_ELSEWHERE: f64 = 0.3;
 
 /// A map of a sensor's surroundings, in its own frame: whether it has detected anything in a cell. What lies outside belongs to the cell
 /// at the border.
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(seen.probability(&pose, [120.0, -40.0]), SEES_ELSEWHERE);
         seen.note(&pose, [120.0, -40.0]);
         assert!(seen.hold(&pose, [120.0, -40.0]) && seen.hold(&pose, [125.0, -36.0]));
-        assert!(!seen.hold(&pose, [120.0, -10.0]) && !seen.hold(&pose, [80.0, -40.0]));
+        assert!(!seen.hold(&pose, [120.0, -4.0]) && !seen.hold(&pose, [80.0, -40.0]));
         assert_eq!(seen.probability(&pose, [120.0, -40.0]), 1.0);
     }
 
@@ -104,7 +104,7 @@ mod tests {
         fn what_is_within_a_few_metres_of_a_detection_is_seen_at_any_distance(
             sensor in ([-300.0..300.0_f64, -300.0..300.0], -3.2..3.2_f64),
             place in [-1e4..1e4_f64, -1e4..1e4],
-            off in [-4.0..4.0_f64, -4.0..4.0],
+            off in [-8.0..8.0_f64, -8.0..8.0],
         ) {
             let pose = Pose { x: sensor.0[0], y: sensor.0[1], yaw: sensor.1 };
             let mut seen = SeenPlaces::default();
