@@ -104,7 +104,7 @@ impl AgentLearning {
             scores: self.scores.model(),
             headings: &self.headings.law(self.is_described),
             variance_factor: self.innovations.variance_scale(),
-            lasting_variance: self.innovations.lasting_variance(),
+            lasting_variance: self.innovations.lasting_variance() + self.innovations.unseen_variance(),
             pose_variance: self.pose.variance(),
             classes: self.classes.law(),
             groups: self
@@ -157,6 +157,7 @@ impl AgentLearning {
                 scale: self.innovations.variance_scale(),
                 lasting: self.innovations.lasting_variance(),
             },
+            unseen: self.innovations.unseen_variance(),
             pose_variance: self.pose.variance(),
             classes: self.classes.law(),
             scores: self.scores.model(),

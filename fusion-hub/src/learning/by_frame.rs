@@ -14,8 +14,8 @@ impl LearntSensor {
         if self.scores == ScoreModel::Ignored {
             self.scores = scores_of(frame);
         }
-        self.view_m = self.view_m.or_else(|| view_m_of(frame));
-        if self.seen == SeenPlaces::default() {
+        if self.view_m.is_none() {
+            self.view_m = view_m_of(frame);
             self.seen = places_of(frame);
         }
         self.detects |= !frame.detections.is_empty();

@@ -61,6 +61,8 @@ pub(super) struct Innovation {
     pub(super) predicted_by_positions: f64,
     /// Acceleration across the object's path, m/s².
     pub(super) bent: f64,
+    /// Whether no other agent has detected the object.
+    pub(super) is_alone: bool,
 }
 
 impl Innovation {
@@ -77,6 +79,8 @@ impl Innovation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct InnovationCounts {
     all: f64,
+    /// Those of objects that no other agent has detected.
+    alone: f64,
     /// Of logarithms of squared innovations over their expected variance.
     logarithms: f64,
     predicted: f64,
@@ -107,6 +111,7 @@ impl InnovationCounts {
     /// Adds an innovation, with the agent's last one about the same object, whose place it takes.
     pub(super) fn add(&mut self, own: &Innovation, last: &mut Option<LastInnovation>) {
         self.all += 1.0;
+        self.alone += if own.is_alone { 1.0 } else { 0.0 };
         let expected = own.predicted + own.declared;
         let ratio = product(own.difference, own.difference) / expected;
         self.logarithms += libm::round(libm::log(ratio.max(LEAST_RATIO)) * UNITS);
@@ -130,6 +135,7 @@ impl InnovationCounts {
     pub(super) fn scale(&mut self, factor: f64) {
         for sum in [
             &mut self.all,
+            &mut self.alone,
             &mut self.logarithms,
             &mut self.predicted,
             &mut self.declared,
@@ -175,6 +181,17 @@ impl InnovationCounts {
         let is_known = share <= scale.max(MOST_OF_PREDICTION);
         if !is_wrong || !is_known || (self.is_coloured() && scale < 1.0) { 1.0 } else { scale }
     }
+
+    /// Variance along an axis of what may last for good, m²: an error that stays as it is shows in no innovation of objects that nobody
+    /// else detects. So there what is declared and not seen from frame to frame is kept: not in each report, but once.
+    pub(super) fn unseen_variance(&self) -> f64 {
+        let unseen = 1.0 - self.variance_scale();
+        if unseen <= 0.0 {
+            return 0.0;
+        }
+        let declared = self.declared / (UNITS * self.all);
+        declared * unseen * (self.alone / self.all)
+    }
 }
 
 /// Every number, for [`crate::parameters`].
@@ -202,6 +219,11 @@ mod tests {
 
     /// Counts of innovations of a declared variance of 0.25 m², along x.
     fn counts(differences: impl Iterator<Item = f64>) -> InnovationCounts {
+        counts_of(differences, |_| false)
+    }
+
+    /// The same, where some are of objects that nobody else detects.
+    fn counts_of(differences: impl Iterator<Item = f64>, is_alone: fn(i64) -> bool) -> InnovationCounts {
         let mut counts = InnovationCounts::default();
         let mut last = None;
         for (second, x) in (0..).zip(differences) {
@@ -214,6 +236,7 @@ mod tests {
                 by_positions: [x, x],
                 predicted_by_positions: 0.05,
                 bent: 0.0,
+                is_alone: is_alone(second),
             };
             counts.add(&own, &mut last);
         }
@@ -248,6 +271,23 @@ mod tests {
     }
 
     #[test]
+    fn what_is_declared_and_not_seen_of_objects_that_nobody_else_detects_may_last_for_good() {
+        let small = || (0..400).map(|k| if k % 2 == 0 { 0.1 } else { -0.1 });
+        let seen_by_others = counts_of(small(), |_| false);
+        let alone = counts_of(small(), |_| true);
+        let half = counts_of(small(), |k| k % 2 == 0);
+        let scale = alone.variance_scale();
+        assert!(scale < 0.2 && scale == seen_by_others.variance_scale());
+        assert_eq!(seen_by_others.unseen_variance(), 0.0);
+        // Together they are what was declared.
+        let unseen = alone.unseen_variance();
+        assert!((unseen + 0.25 * scale - 0.25).abs() < 1e-4, "{unseen}");
+        assert!((half.unseen_variance() - unseen / 2.0).abs() < 1e-4);
+        let large = counts_of((0..400).map(|k| if k % 2 == 0 { 2.0 } else { -2.0 }), |_| true);
+        assert!(large.variance_scale() > 1.0 && large.unseen_variance() == 0.0);
+    }
+
+    #[test]
     fn where_most_is_expected_of_the_prediction_declared_variances_stay() {
         for size in [0.05, 0.3, 0.7, 0.9] {
             let mut counts = InnovationCounts::default();
@@ -261,6 +301,7 @@ mod tests {
                     by_positions: [size, size],
                     predicted_by_positions: 1.0,
                     bent: 0.0,
+                    is_alone: false,
                 };
                 counts.add(&own, &mut None);
             }

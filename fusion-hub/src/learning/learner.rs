@@ -123,9 +123,9 @@ impl Learner {
     pub(crate) fn known_at(&self, at: Timestamp) -> impl Iterator<Item = (f64, ClassLaw)> {
         let settled = settled_before(at, self.delta_max);
         self.agents.iter().map(move |known| {
-            known
-                .as_of(settled)
-                .map_or((0.0, ClassLaw::UNKNOWN), |learnt| (learnt.errors.lasting, learnt.classes))
+            known.as_of(settled).map_or((0.0, ClassLaw::UNKNOWN), |learnt| {
+                (learnt.errors.lasting + learnt.unseen, learnt.classes)
+            })
         })
     }
 
@@ -245,7 +245,7 @@ impl Learner {
             known.pose.add(item.captured_at, &displaced);
         }
         self.follow(memory, place, (frame, position), true);
-        self.ask(memory, place, (frame, position), true);
+        self.ask(memory, Some(place), (frame, position), true);
         if let Some(pose) = frame.pose.filter(|_| frame.model.scores != ScoreModel::Ignored) {
             memory.note_score(
                 place,
@@ -328,6 +328,7 @@ impl Learner {
         let mean = |covariance: &Covariance2| (covariance.xx + covariance.yy) / 2.0;
         let declared = mean(&z.r) / frame.model.errors.scale;
         let of_pose = before.shared_error.apart(frame.agent, frame.pose_variance(z.position));
+        let place = memory.place_of(frame.agent);
         let own = Innovation {
             at,
             difference: from(predicted.position),
@@ -336,8 +337,8 @@ impl Learner {
             by_positions: from(path.position),
             predicted_by_positions: mean(&path.covariance) + of_pose,
             bent: bent(&state.motion()),
+            is_alone: memory.is_of_one(place),
         };
-        let place = memory.place_of(frame.agent);
         if let Some(known) = self.agents.get_mut(frame.agent.index()) {
             known.innovations.add(&own, memory.last_innovation(place));
         }
@@ -380,7 +381,7 @@ impl Learner {
     fn ask(
         &mut self,
         memory: &mut TrackMemory,
-        place: usize,
+        place: Option<usize>,
         (frame, position): (&StoredFrame, [f64; 2]),
         is_detected: bool,
     ) {
@@ -405,14 +406,17 @@ impl Learner {
         });
     }
 
-    /// A miss waits until the object is detected again: before that it may have gone.
+    /// A miss waits until the object is detected again: before that it may have gone. Where the agent may see nothing, it is none.
     fn observe_missed(&mut self, memory: &mut TrackMemory, frame: &StoredFrame) {
         let (Some(coverage), Some(position)) = (&frame.coverage, memory.position) else { return };
-        if coverage.covers(position, VIEW_MARGIN_M) && coverage.is_known_to_see(position) {
+        if !coverage.covers(position, VIEW_MARGIN_M) {
+            return;
+        }
+        self.ask(memory, memory.known_place_of(frame.agent), (frame, position), false);
+        if coverage.is_known_to_see(position) {
             let place = memory.place_of(frame.agent);
             let before = memory.note(place, false);
             self.follow(memory, place, (frame, position), false);
-            self.ask(memory, place, (frame, position), false);
             let range_bin = range_bin(coverage.range_to(position));
             memory.wait(WaitingMiss { agent: frame.agent, opportunity: Opportunity { range_bin, before } });
         }

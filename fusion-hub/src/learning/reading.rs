@@ -68,6 +68,8 @@ pub(crate) struct LearntSensor {
     pub(super) headings: Option<HeadingLaw>,
     /// How its errors of position are.
     pub(super) errors: PositionErrors,
+    /// Variance along an axis of what may last of its errors of position and shows nowhere, m²: it is published.
+    pub(super) unseen: f64,
     /// Variance of its pose's position along an axis, m².
     pub(super) pose_variance: f64,
     /// How its classes err.

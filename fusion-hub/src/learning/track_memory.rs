@@ -98,11 +98,16 @@ impl TrackMemory {
 
     /// The agent's place.
     pub(super) fn place_of(&mut self, agent: AgentSlot) -> usize {
-        self.agents.iter().position(|known| *known == agent).unwrap_or_else(|| {
+        self.known_place_of(agent).unwrap_or_else(|| {
             self.agents.push(agent);
             self.by_agent.push(AgentMemory::default());
             self.agents.len() - 1
         })
+    }
+
+    /// The agent's place, if it has one: whose misses count nowhere has none.
+    pub(super) fn known_place_of(&self, agent: AgentSlot) -> Option<usize> {
+        self.agents.iter().position(|known| *known == agent)
     }
 
     /// Frames are left out: the next one of each agent does not follow the last one that was noted.
@@ -142,6 +147,12 @@ impl TrackMemory {
                 each(*agent, std::mem::take(&mut known.doubted));
             }
         }
+    }
+
+    /// Whether no agent but the one at a place has detected it.
+    pub(super) fn is_of_one(&self, place: usize) -> bool {
+        let mut others = self.by_agent.iter().enumerate().filter(|(other, _)| *other != place);
+        others.all(|(_, known)| known.detections == 0)
     }
 
     /// Whether agents in different places detect it.
@@ -195,15 +206,15 @@ impl TrackMemory {
         self.n_scored > 0
     }
 
-    /// What a frame of the agent at a place says of the last detections of other agents; each is asked of once.
+    /// What a frame of the agent at a place, or of one that has none, says of the last detections of other agents; each is asked of once.
     pub(super) fn witnessed(
         &mut self,
-        place: usize,
+        place: Option<usize>,
         witness: &Witness,
         mut each: impl FnMut(AgentSlot, ScoreBand),
     ) {
         let others =
-            self.agents.iter().zip(&mut self.by_agent).enumerate().filter(|(other, _)| *other != place);
+            self.agents.iter().zip(&mut self.by_agent).enumerate().filter(|(other, _)| Some(*other) != place);
         for (_, (agent, known)) in others {
             if let Some(scored) = known.scored.take_if(|scored| witness.is_of(scored)) {
                 self.n_scored -= 1;

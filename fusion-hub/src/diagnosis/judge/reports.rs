@@ -6,6 +6,7 @@ use super::one::{MIN_VALUES, One};
 use super::remedy::remedy;
 use super::{units, writing};
 use crate::engine::{Label, Refusal, StampFault};
+use crate::learning::LearntSensorReport;
 use v2x_common::time::Span;
 
 /// Refusals of one reason are reported from this number and this share of the frames on.
@@ -326,7 +327,15 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
         // Reports that say next to nothing begin no track, and so there are no innovations.
         return if is_default { None } else { far_off(one, None) };
     }
-    let learnt = engine.learnt(&one.agent).map(|learnt| learnt.sigma_factor).filter(|factor| *factor != 1.0);
+    let mean_m = one.survey.writing.mean_sigma_m();
+    // What may last for good, and so far as anybody knows does, is not stated too large.
+    let with_lasting = |learnt: LearntSensorReport| match mean_m {
+        Some(mean_m) if learnt.sigma_factor < 1.0 => {
+            libm::hypot(learnt.sigma_factor, learnt.lasting_sigma_m / mean_m)
+        }
+        _ => learnt.sigma_factor,
+    };
+    let learnt = engine.learnt(&one.agent).filter(|learnt| learnt.sigma_factor != 1.0).map(with_lasting);
     let by_nis = || {
         let nis = record.statistics.recent_nis_per_dof(engine.now())?;
         (!(NIS.0..=NIS.1).contains(&nis)).then(|| libm::sqrt(nis))
@@ -344,7 +353,6 @@ fn stated_errors(one: &One<'_>) -> Option<Finding> {
     };
     let says =
         format!("the {whose} standard deviations of its positions are too {word}, by a factor of {times:.1}");
-    let mean_m = one.survey.writing.mean_sigma_m();
     let change = match (is_default, mean_m) {
         (true, Some(mean_m)) => {
             format!(
