@@ -6,6 +6,7 @@ mod contents;
 pub(crate) mod crossing;
 mod headings;
 mod positions;
+mod predictions;
 mod repetition;
 mod units;
 mod velocities;
