@@ -5,6 +5,7 @@ mod clocks;
 mod contents;
 pub(crate) mod crossing;
 mod headings;
+mod near_misses;
 mod positions;
 mod predictions;
 mod repetition;
