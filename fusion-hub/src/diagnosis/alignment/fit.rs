@@ -3,6 +3,7 @@
 //! Small changes are found by least squares over pairs of nearest detections ([`super::squares`]), from several beginnings.
 
 use super::change::{Change, LARGE, Rigid};
+use super::search::{beats_chance, shift};
 use super::squares::{
     Explained, MIN_PAIRS, MIN_PLACES, MIN_SHARE, Refined, TIME_SIGMA_S, explained, nearest, refine, share,
 };
@@ -14,8 +15,6 @@ const MIN_RATIO_LARGE: f64 = 3.0;
 const MIN_RATIO_SMALL: f64 = 1.5;
 /// Who shares so much with another one agrees, and needs no further look.
 const AGREES: f64 = 0.85;
-/// And so many times what it explains by chance.
-const CHANCE_RATIO: u64 = 2;
 /// Detections of agents that see nothing together: so many, such a share of them at one place, and their middles so near, m.
 const MIN_APART: u64 = 16;
 const MOST_SHARE_APART: f64 = 0.2;
@@ -192,20 +191,7 @@ fn is_clear(explained: &Explained, as_is: &Explained, possible: u64, ratio: f64)
         && explained.pairs as f64 >= ratio * as_is.pairs as f64
 }
 
-/// Whether a change explains far more than the same one does of detections of another time: lanes and rows of parked cars
-/// fit onto each other, whoever sees them, and say nothing.
-pub(super) fn beats_chance(snapshots: &[Snapshot], whose: usize, change: &Change) -> bool {
-    let n = snapshots.len();
-    let apart = |k: usize| {
-        let mut pair = snapshots[k].clone();
-        pair[1 - whose] = snapshots[(k + n / 2) % n].clone()[1 - whose].clone();
-        pair
-    };
-    let shuffled: Vec<_> = (0..n).map(apart).collect();
-    explained(snapshots, whose, change).pairs >= CHANCE_RATIO * explained(&shuffled, whose, change).pairs
-}
-
-/// The same of a small change of the second one's: of all that it sees, or of enough that moves.
+/// Whether a small change of the second one's explains far more than it does by chance: of all that it sees, or of enough that moves.
 fn is_no_chance(snapshots: &[Snapshot], change: &Change) -> bool {
     beats_chance(snapshots, 1, change) || {
         let moving = times::of_moving(snapshots);
@@ -253,28 +239,6 @@ fn beginnings(snapshots: &[Snapshot]) -> Vec<Rigid> {
     beginnings.extend(times.map(|earlier_s| Rigid { earlier_s, ..none }));
     beginnings.extend(turns.map(|turn_rad| Rigid { turn_rad, ..none }));
     beginnings
-}
-
-/// The shift that most pairs of detections have, by a grid; m.
-pub(super) fn shift(snapshots: &[Snapshot]) -> Option<[f64; 2]> {
-    const REACH_M: f64 = 30.0;
-    const N: usize = 61;
-    let cell = |by_m: f64| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 60")]
-        (by_m.abs() <= REACH_M).then(|| libm::round(by_m + REACH_M) as usize)
-    };
-    let mut counts = vec![0_u32; N * N];
-    for [a, b] in snapshots {
-        for (a, b) in a.spots.iter().flat_map(|a| b.spots.iter().map(move |b| (a, b))) {
-            if let (Some(x), Some(y)) = (cell(a.at[0] - b.at[0]), cell(a.at[1] - b.at[1])) {
-                counts[y * N + x] += 1;
-            }
-        }
-    }
-    let (peak, count) = counts.iter().enumerate().max_by_key(|(_, count)| **count)?;
-    #[expect(clippy::cast_precision_loss, reason = "0 to 60")]
-    let metres = |cell: usize| cell as f64 - REACH_M;
-    (*count > 0).then(|| [metres(peak % N), metres(peak / N)])
 }
 
 #[cfg(test)]

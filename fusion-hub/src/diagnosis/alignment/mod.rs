@@ -7,6 +7,7 @@ pub(super) mod change;
 pub(super) mod fit;
 mod pairs;
 mod scale;
+mod search;
 pub(super) mod sizes;
 mod squares;
 mod times;

@@ -5,7 +5,7 @@
 //! are said.
 
 use super::change::{Change, Rigid};
-use super::fit::beats_chance;
+use super::search::{beats_chance, shift};
 use super::squares::{MIN_PAIRS, MIN_PLACES, Refined, nearest, refine_within};
 use super::{Snapshot, Spot};
 
@@ -45,7 +45,7 @@ pub(super) fn between(snapshots: &[Snapshot]) -> Option<Between> {
     let earlier_s = time.change.earlier_s;
     let none = left_m2(&snapshots, &Rigid::default());
     let by_time = none - left_m2(&snapshots, &time.change);
-    let by_m = super::fit::shift(&snapshots).into_iter().chain([[0.0; 2]]);
+    let by_m = shift(&snapshots).into_iter().chain([[0.0; 2]]);
     let places =
         by_m.filter_map(|by_m| refine_within(&snapshots, Rigid { by_m, ..Rigid::default() }, &PLACE_ALONE));
     let places = places.map(|place| (none - left_m2(&snapshots, &place.change), place));
