@@ -128,16 +128,52 @@ fn stamps_of_another_unit_are_named() {
     assert!(!millis[0].to_string().contains("nanoseconds"), "{}", millis[0]);
 }
 
+/// Stamps that are off by so much in the mean, and scatter by so much, ms, over a link that varies up to so much.
+fn scattered(mean_ms: f64, sigma_ms: f64, link_ms: i64) -> Vec<Finding> {
+    found(move |frame| {
+        let off_ms = (mean_ms + sigma_ms * noise(frame.sequence, 0, 11)) as i64;
+        let late_ms =
+            if link_ms > 0 { (frame.sequence * 7_919 % 1_000).cast_signed() * link_ms / 1_000 } else { 0 };
+        (frame.captured_ms, frame.delay_ms) = (frame.captured_ms + off_ms, frame.delay_ms + late_ms - off_ms);
+    })
+}
+
 #[test]
-fn stamps_that_scatter_are_no_clock_that_is_ahead_by_the_earliest() {
-    let findings = found(|frame| {
-        let off_ms = (80.0 * noise(frame.sequence, 0, 11)) as i64;
-        (frame.captured_ms, frame.delay_ms) = (frame.captured_ms + off_ms, frame.delay_ms - off_ms);
-    });
-    let one = findings.iter().find(|one| one.code == Code::ClockAhead);
-    let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
-    assert!(one.is_fault() && one.says.contains("its stamps scatter"), "{one}");
-    assert!(!one.change.contains("time_offset_ms ="), "{one}");
+fn stamps_that_scatter_are_told_to_jitter_with_what_to_do_and_no_offset_that_would_not_mend_them() {
+    for (mean_ms, sigma_ms, link_ms) in [
+        (0.0, 80.0, 0),
+        (0.0, 40.0, 0),
+        (0.0, 25.0, 0),
+        (30.0, 15.0, 0),
+        (60.0, 60.0, 0),
+        (150.0, 80.0, 0),
+        (0.0, 60.0, 40),
+    ] {
+        let findings = scattered(mean_ms, sigma_ms, link_ms);
+        assert_only(&findings, Code::StampsJitter, "its stamps jitter by ");
+        let one = findings.iter().find(|one| one.is_fault()).unwrap();
+        let said_ms: f64 =
+            one.says["its stamps jitter by ".len()..].split(' ').next().unwrap().parse().unwrap();
+        assert!((said_ms - sigma_ms).abs() < 0.2 * sigma_ms + 3.0, "{sigma_ms}: {one}");
+        assert!(one.change.contains("Stamp each frame") && !one.change.contains("time_offset_ms ="), "{one}");
+        assert_eq!(one.says.contains("In the mean they are ahead"), mean_ms >= 30.0, "{one}");
+    }
+}
+
+#[test]
+fn a_clock_that_is_ahead_over_an_irregular_link_is_told_its_offset_and_no_jitter_of_stamps() {
+    for link_ms in [0, 60, 200] {
+        let findings = scattered(150.0, 0.0, link_ms);
+        assert_only(&findings, Code::ClockAhead, "time_offset_ms = -1");
+    }
+    // Far ahead, with a little jitter beside it.
+    let findings = scattered(400.0, 12.0, 0);
+    assert_only(&findings, Code::ClockAhead, "time_offset_ms = -4");
+    // Late stamps, and a link that is irregular: nothing is ahead.
+    for (sigma_ms, link_ms) in [(3.0, 0), (0.0, 90)] {
+        let findings = scattered(0.0, sigma_ms, link_ms);
+        assert!(findings.iter().all(|one| !one.is_fault()), "{findings:#?}");
+    }
 }
 
 #[test]

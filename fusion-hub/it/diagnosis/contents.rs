@@ -2,7 +2,7 @@
 
 use super::crossing::{Frame, assert_only, each, findings_of, findings_where, found, noise};
 use serde_json::json;
-use v2x_fusion_hub::diagnosis::Code;
+use v2x_fusion_hub::diagnosis::{Code, Finding};
 
 #[test]
 fn swapped_sizes_are_named() {
@@ -131,6 +131,27 @@ fn unknown_classes_impossible_values_and_refusals_are_reported_with_their_names(
         late.iter().any(|one| one.code == Code::FramesRefused && one.says.contains("too_late")),
         "{late:#?}"
     );
+}
+
+/// What is found of north alone, which sees one car as the shipped client does: without errors, sizes and headings.
+fn of_one_car(place: impl Fn(f64) -> [f64; 2]) -> Vec<Finding> {
+    let only_north = |frame: &mut Frame| frame.is_lost = frame.agent == "south";
+    let one_car = move |frame: &mut Frame| {
+        let [x, y] = place(1e-3 * frame.captured_ms as f64);
+        frame.more = json!({ "sequence": null, "sensor_pose": null, "detections": [{ "class": "car", "x": x, "y": y }] });
+    };
+    findings_where("", |_| {}, only_north, one_car, |_| None)
+}
+
+#[test]
+fn what_drives_at_one_metre_a_second_is_not_said_to_stand_and_what_stands_is() {
+    for speed_mps in [0.7, 1.0, 1.4, 3.0] {
+        let found = of_one_car(|t| [10.0 + speed_mps * t, 5.0]);
+        assert!(found.iter().all(|one| !one.to_string().contains("stands")), "{speed_mps} m/s: {found:#?}");
+    }
+    let scattered = |t: f64| [10.0 + 0.05 * libm::sin(70.0 * t * t), 5.0 + 0.05 * libm::cos(90.0 * t * t)];
+    let found = of_one_car(scattered);
+    assert!(found.iter().any(|one| one.change.contains("What it sees stands")), "{found:#?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! When an agent's frames arrive: rate, delay, gaps, and whether two processes send them.
 
+use super::intervals::Intervals;
 use super::observation::Observation;
 use serde::{Deserialize, Serialize};
 use v2x_common::geometry::Pose;
@@ -40,6 +41,7 @@ pub(super) struct Arrivals {
     pub(super) epoch_returns: u64,
     numbers: Numbers,
     poses: Poses,
+    intervals: Intervals,
 }
 
 /// The stamps of frames.
@@ -107,8 +109,10 @@ impl Arrivals {
         self.delay_sum_s += delay_s;
         self.delay_squares_s2 += delay_s * delay_s;
         self.note_epoch(frame.id.epoch);
-        if seen.reported.has_sequence {
-            self.numbers.note(frame.id.sequence);
+        let number = seen.reported.has_sequence.then_some(frame.id.sequence);
+        self.intervals.note(frame.captured_at, at, number);
+        if let Some(number) = number {
+            self.numbers.note(number);
         }
         if let Some(pose) = frame.sensor_pose {
             self.poses.note(pose, frame.captured_at);
@@ -166,6 +170,11 @@ impl Arrivals {
         let n = (self.frames as f64).max(1.0);
         let mean = self.delay_sum_s / n;
         libm::sqrt((self.delay_squares_s2 / n - mean * mean).max(0.0))
+    }
+
+    /// By how much its stamps scatter, s, where it is they that do, and not the link.
+    pub(super) fn scatter_of_stamps_s(&self) -> Option<f64> {
+        self.intervals.scatter_of_stamps_s()
     }
 
     /// The mean delay, s.

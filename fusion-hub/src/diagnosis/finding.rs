@@ -20,6 +20,8 @@ pub enum Code {
     TimeUnit,
     /// The same capture time in all frames.
     OneStamp,
+    /// Capture times that scatter.
+    StampsJitter,
     /// Headings in degrees.
     Degrees,
     /// Headings that grow clockwise.

@@ -4,7 +4,7 @@
 //! [`Survey::diagnose`] judges them together with what the engine counts and learns. Nothing here changes what is fused. The hub has
 //! one for its status and its warnings, `v2x check` one of its own where no hub answers.
 //!
-//! - `arrivals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `coasting`, `views`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
+//! - `arrivals`, `intervals`, `streams`, `contents`, `copies`, `feedback`, `own_tracks`, `writing`, `sizes`, `paces`, `scatter`, `stale`, `coasting`, `views`, `headings`, `velocities`, `speeds`, `alignment`: statistics, each of one kind;
 //!   `steps`: an agent's own detections, followed over three frames.
 //! - `judge`: what they mean, in words.
 
@@ -16,6 +16,7 @@ mod copies;
 mod feedback;
 mod finding;
 mod headings;
+mod intervals;
 mod judge;
 mod observation;
 mod own_tracks;

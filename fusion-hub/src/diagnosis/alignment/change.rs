@@ -95,6 +95,8 @@ pub(in crate::diagnosis) struct Rigid {
     pub(in crate::diagnosis) turn_rad: f64,
     /// So much earlier the objects were where they are said to be, s.
     pub(in crate::diagnosis) earlier_s: f64,
+    /// The shift may as well be one of so much along the motion, s: zero where it is one of place.
+    pub(in crate::diagnosis) or_earlier_s: f64,
 }
 
 /// Which axes the two numbers were along.

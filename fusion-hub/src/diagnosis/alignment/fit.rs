@@ -3,16 +3,18 @@
 //! Small changes are found by least squares over pairs of nearest detections ([`super::squares`]), from several beginnings.
 
 use super::change::{Change, LARGE, Rigid};
+use super::search::{beats_chance, shift};
 use super::squares::{
     Explained, MIN_PAIRS, MIN_PLACES, MIN_SHARE, Refined, TIME_SIGMA_S, explained, nearest, refine, share,
 };
+use super::times::{self, Between};
 use super::{Snapshot, Spot, scale};
 
 /// It must explain so many times what no change explains; a small one, which explains a part of it, less.
 const MIN_RATIO_LARGE: f64 = 3.0;
 const MIN_RATIO_SMALL: f64 = 1.5;
-/// And so many times what it explains by chance.
-const CHANCE_RATIO: u64 = 2;
+/// Who shares so much with another one agrees, and needs no further look.
+const AGREES: f64 = 0.85;
 /// Detections of agents that see nothing together: so many, such a share of them at one place, and their middles so near, m.
 const MIN_APART: u64 = 16;
 const MOST_SHARE_APART: f64 = 0.2;
@@ -21,8 +23,10 @@ const ONE_AREA_M: f64 = 150.0;
 const MOST_SHARE_APART_IN_VIEW: f64 = 0.05;
 /// Such a share of what each reports is between what the other one does: their views overlap.
 const WITHIN_SHARE: f64 = 0.3;
-/// What is this near to where it was a snapshot before stands, m; and so large a share of the detections.
+/// What is this near to where it was a snapshot before, and so many before, stands, m; and so large a share of the detections. Snapshots are
+/// some tenths of a second apart: in that time also what walks is near to where it was.
 const STANDS_M: f64 = 1.0;
+const STANDS_FOR: usize = 6;
 const STANDS_SHARE: f64 = 0.7;
 
 /// How two agents' detections go together.
@@ -68,7 +72,17 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     if let Some(near) = near {
         let near_share = share(near.explained.pairs, possible);
         if near.is_small() && near_share >= MIN_SHARE {
-            return Fit::Agree { clocks: near.shows_clocks() };
+            // What stands agrees at any time.
+            let time = (near_share < AGREES).then(|| times::of_what_moves(snapshots, &near)).flatten();
+            return match time {
+                Some((rigid, pairs)) => Fit::Changed {
+                    whose: 1,
+                    change: Change::Rigid(rigid),
+                    share: share(pairs, possible),
+                    is_time_known: true,
+                },
+                None => agree(&near, snapshots, &as_is, possible),
+            };
         }
         // Most objects agree as they are, so that the frames do: what is left is of those that move.
         if share(as_is.pairs, possible) >= MIN_SHARE && near.is_sure(possible) {
@@ -79,17 +93,16 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
     let large = large.map(|(whose, change)| (explained(snapshots, whose, &change), whose, change));
     let best = large.max_by_key(|(explained, ..)| explained.pairs);
     if let Some((explained, whose, change)) = best.filter(|(explained, whose, change)| {
-        is_clear(explained, &as_is, possible, MIN_RATIO_LARGE)
-            && beats_chance(explained, snapshots, *whose, change)
+        is_clear(explained, &as_is, possible, MIN_RATIO_LARGE) && beats_chance(snapshots, *whose, change)
     }) {
         return Fit::Changed { whose, change, share: share(explained.pairs, possible), is_time_known: true };
     }
     let Some(best) = best_small(snapshots) else { return apart(snapshots, &as_is, possible) };
     if best.is_small() && share(best.explained.pairs, possible) >= MIN_SHARE {
-        return Fit::Agree { clocks: best.shows_clocks() };
+        return agree(&best, snapshots, &as_is, possible);
     }
     let is_found = is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible);
-    if is_found && beats_chance(&best.explained, snapshots, 1, &Change::Rigid(best.change)) {
+    if is_found && is_no_chance(snapshots, &Change::Rigid(best.change)) {
         return changed(&best, snapshots, possible);
     }
     apart(snapshots, &as_is, possible)
@@ -97,20 +110,37 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
 
 /// The fit of a small change.
 fn changed(refined: &Refined, snapshots: &[Snapshot], possible: u64) -> Fit {
+    let (mut rigid, mut pairs) = (refined.reported(), refined.explained.pairs);
+    let stands = stands(snapshots);
+    let is_shift = rigid.turn_rad == 0.0 && rigid.by_m != [0.0; 2];
+    match if is_shift && !stands { times::between(snapshots) } else { None } {
+        Some(Between::Time(earlier_s, of_time)) => {
+            (rigid, pairs) = (Rigid { earlier_s, ..Rigid::default() }, of_time);
+        }
+        Some(Between::Either(by_m, or_earlier_s, of_place)) => {
+            (rigid, pairs) = (Rigid { by_m, or_earlier_s, ..Rigid::default() }, of_place);
+        }
+        Some(Between::Place(..)) | None => {}
+    }
     Fit::Changed {
         whose: 1,
-        change: Change::Rigid(refined.reported()),
-        share: share(refined.explained.pairs, possible),
-        is_time_known: refined.sigma[3] <= TIME_SIGMA_S || stands(snapshots),
+        change: Change::Rigid(rigid),
+        share: share(pairs, possible),
+        is_time_known: refined.sigma[3] <= TIME_SIGMA_S || stands,
     }
 }
 
 /// Whether most of what the first one reports is where it was a snapshot before.
 fn stands(snapshots: &[Snapshot]) -> bool {
     let (mut stand, mut all) = (0, 0);
-    for (before, after) in snapshots.iter().zip(snapshots.iter().skip(1)) {
+    let long_before = STANDS_FOR.min(snapshots.len() / 2).max(1);
+    for (k, after) in snapshots.iter().enumerate().skip(long_before) {
         all += after[0].spots.len() as u64;
-        let stays = |spot: &&Spot| nearest(spot, &before[0].spots, Some(STANDS_M)).is_some();
+        let was_there = |spot: &Spot, n: usize| {
+            let before = &snapshots[k - n][0].spots;
+            nearest(spot, before, Some(STANDS_M)).is_some()
+        };
+        let stays = |spot: &&Spot| was_there(spot, 1) && was_there(spot, long_before);
         stand += after[0].spots.iter().filter(stays).count() as u64;
     }
     all > 0 && share(stand, all) >= STANDS_SHARE
@@ -161,17 +191,36 @@ fn is_clear(explained: &Explained, as_is: &Explained, possible: u64, ratio: f64)
         && explained.pairs as f64 >= ratio * as_is.pairs as f64
 }
 
-/// Whether a change explains far more than the same one does of detections of another time: lanes and rows of parked cars
-/// fit onto each other, whoever sees them, and say nothing.
-fn beats_chance(explained_now: &Explained, snapshots: &[Snapshot], whose: usize, change: &Change) -> bool {
-    let n = snapshots.len();
-    let apart = |k: usize| {
-        let mut pair = snapshots[k].clone();
-        pair[1 - whose] = snapshots[(k + n / 2) % n].clone()[1 - whose].clone();
-        pair
+/// Whether a small change of the second one's explains far more than it does by chance: of all that it sees, or of enough that moves.
+fn is_no_chance(snapshots: &[Snapshot], change: &Change) -> bool {
+    beats_chance(snapshots, 1, change) || {
+        let moving = times::of_moving(snapshots);
+        explained(&moving, 1, change).pairs >= MIN_PAIRS && beats_chance(&moving, 1, change)
+    }
+}
+
+/// Two that agree but for a small change. One of which no part is certain, and that explains far more than none, is a shift or a time that
+/// cannot be told apart: then neither is small.
+fn agree(refined: &Refined, snapshots: &[Snapshot], as_is: &Explained, possible: u64) -> Fit {
+    let agree = Fit::Agree { clocks: refined.shows_clocks() };
+    if !is_clear(&refined.explained, as_is, possible, MIN_RATIO_SMALL)
+        || !is_no_chance(snapshots, &Change::Rigid(refined.change))
+    {
+        return agree;
+    }
+    let none = Rigid::default();
+    let (rigid, pairs) = match times::between(snapshots) {
+        Some(Between::Place(by_m, pairs)) => (Rigid { by_m, ..none }, pairs),
+        Some(Between::Time(earlier_s, pairs)) => (Rigid { earlier_s, ..none }, pairs),
+        Some(Between::Either(by_m, or_earlier_s, pairs)) => (Rigid { by_m, or_earlier_s, ..none }, pairs),
+        None => return agree,
     };
-    let shuffled: Vec<_> = (0..n).map(apart).collect();
-    explained_now.pairs >= CHANCE_RATIO * explained(&shuffled, whose, change).pairs
+    Fit::Changed {
+        whose: 1,
+        change: Change::Rigid(rigid),
+        share: share(pairs, possible),
+        is_time_known: true,
+    }
 }
 
 /// The best small change.
@@ -190,28 +239,6 @@ fn beginnings(snapshots: &[Snapshot]) -> Vec<Rigid> {
     beginnings.extend(times.map(|earlier_s| Rigid { earlier_s, ..none }));
     beginnings.extend(turns.map(|turn_rad| Rigid { turn_rad, ..none }));
     beginnings
-}
-
-/// The shift that most pairs of detections have, by a grid; m.
-fn shift(snapshots: &[Snapshot]) -> Option<[f64; 2]> {
-    const REACH_M: f64 = 30.0;
-    const N: usize = 61;
-    let cell = |by_m: f64| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 60")]
-        (by_m.abs() <= REACH_M).then(|| libm::round(by_m + REACH_M) as usize)
-    };
-    let mut counts = vec![0_u32; N * N];
-    for [a, b] in snapshots {
-        for (a, b) in a.spots.iter().flat_map(|a| b.spots.iter().map(move |b| (a, b))) {
-            if let (Some(x), Some(y)) = (cell(a.at[0] - b.at[0]), cell(a.at[1] - b.at[1])) {
-                counts[y * N + x] += 1;
-            }
-        }
-    }
-    let (peak, count) = counts.iter().enumerate().max_by_key(|(_, count)| **count)?;
-    #[expect(clippy::cast_precision_loss, reason = "0 to 60")]
-    let metres = |cell: usize| cell as f64 - REACH_M;
-    (*count > 0).then(|| [metres(peak % N), metres(peak / N)])
 }
 
 #[cfg(test)]

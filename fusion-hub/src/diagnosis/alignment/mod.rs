@@ -7,8 +7,10 @@ pub(super) mod change;
 pub(super) mod fit;
 mod pairs;
 mod scale;
+mod search;
 pub(super) mod sizes;
 mod squares;
+mod times;
 
 use super::headings::Moving;
 use super::observation::Observation;
@@ -43,6 +45,15 @@ const MOVED_M: f64 = 4.0;
 /// What is at least so fast moves, m/s; what stands has such a velocity at its first detections at most, and not in one of so many.
 const MOVES_MPS: f64 = 1.0;
 const ONE_OF: usize = 20;
+/// What is slower shows by where it has been: in one of so many cases further than this from all places of the first third of a window, m, and
+/// standard deviations of how positions scatter.
+const MOVED_ONE_OF: usize = 10;
+const MOVED_AWAY_M: f64 = 1.5;
+const MOVED_SIGMAS: f64 = 3.0;
+/// By its own places something moves otherwise than what is published near it, m/s.
+const OTHERWISE_MPS: f64 = 3.0;
+/// The window must last so long.
+const MOVED_IN: Span = Span::from_millis(5_000);
 
 /// A detection, as far as it is needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,15 +127,16 @@ impl Snapshots {
         if frames < MIN_FOLLOWED { 0.0 } else { lasting as f64 / frames as f64 }
     }
 
-    /// Whether some of what an agent sees moves.
-    pub(super) fn has_motion(&self, agent: &AgentId) -> bool {
-        let spots = self.of_agents.get(agent).into_iter().flatten().flat_map(|sighting| &sighting.spots);
+    /// Whether some of what an agent sees moves, whose positions scatter so from frame to frame, m.
+    pub(super) fn has_motion(&self, agent: &AgentId, scatter_m: f64) -> bool {
+        let Some(seen) = self.of_agents.get(agent) else { return false };
+        let spots = seen.iter().flat_map(|sighting| &sighting.spots);
         let (mut n, mut moving) = (0_usize, 0_usize);
         for spot in spots {
             n += 1;
             moving += usize::from(libm::hypot(spot.velocity[0], spot.velocity[1]) >= MOVES_MPS);
         }
-        n > 0 && moving * ONE_OF >= n
+        (n > 0 && moving * ONE_OF >= n) || has_moved(seen, scatter_m)
     }
 
     /// Frames of two agents that were captured at one time.
@@ -132,7 +144,7 @@ impl Snapshots {
         let of_agent = |agent| {
             let mut all: Vec<Sighting> = self.of_agents.get(agent).cloned().unwrap_or_default();
             all.sort_by_key(|sighting| sighting.captured_at);
-            all
+            with_own_velocities(all)
         };
         let (firsts, seconds) = (of_agent(first), of_agent(second));
         let (mut snapshots, mut spots): (Vec<Snapshot>, usize) = (Vec::new(), 0);
@@ -153,12 +165,56 @@ impl Snapshots {
     }
 }
 
+/// Whether some of what was seen last is where nothing was at first: what walks is slower than velocities show in each frame.
+fn has_moved(seen: &[Sighting], scatter_m: f64) -> bool {
+    let times = || seen.iter().map(|sighting| sighting.captured_at);
+    let Some((from, to)) = times().min().zip(times().max()).filter(|(from, to)| *to - *from >= MOVED_IN)
+    else {
+        return false;
+    };
+    let third = Span::from_secs_f64((to - from).as_secs_f64() / 3.0);
+    let first: Vec<_> = seen.iter().filter(|sighting| sighting.captured_at <= from + third).collect();
+    let reach_m = MOVED_AWAY_M.max(MOVED_SIGMAS * scatter_m);
+    let was_there = |[x, y]: [f64; 2]| {
+        let mut places = first.iter().flat_map(|sighting| &sighting.spots);
+        places.any(|was| libm::hypot(was.at[0] - x, was.at[1] - y) <= reach_m)
+    };
+    let last = seen.iter().filter(|sighting| sighting.captured_at >= to - third);
+    let (mut n, mut moved) = (0_usize, 0_usize);
+    for spot in last.flat_map(|sighting| &sighting.spots) {
+        n += 1;
+        moved += usize::from(!was_there(spot.at));
+    }
+    n > 0 && moved * MOVED_ONE_OF >= n
+}
+
 /// Three frames of one agent, one after the other.
 struct Three {
     /// Where their detections are, m.
     places: [Vec<[f64; 2]>; 3],
     /// The times between them, s.
     steps_s: [f64; 2],
+}
+
+/// Frames in the order of their times, where what moves otherwise than what is published near it has its velocity by its own places before and
+/// after: of objects that are far from where others see them nothing may be published.
+fn with_own_velocities(mut all: Vec<Sighting>) -> Vec<Sighting> {
+    let mut found = Vec::new();
+    for (k, three) in all.windows(3).enumerate() {
+        let Some(Three { places, steps_s }) = places_and_steps([&three[0], &three[1], &three[2]]) else {
+            continue;
+        };
+        let places = places.each_ref().map(|one| &one[..]);
+        for (n, spot) in three[1].spots.iter().enumerate() {
+            let own = steps::velocity(n, places, steps_s);
+            let differ = |own: &[f64; 2]| libm::hypot(own[0] - spot.velocity[0], own[1] - spot.velocity[1]);
+            found.extend(own.filter(|own| differ(own) >= OTHERWISE_MPS).map(|own| (k + 1, n, own)));
+        }
+    }
+    for (k, n, velocity) in found {
+        all[k].spots[n].velocity = velocity;
+    }
+    all
 }
 
 /// Three frames; `None` where they are not one after the other.
@@ -244,13 +300,39 @@ mod tests {
                 size: None,
             });
             let seen = vec![Sighting::new(None, spots.collect())];
-            Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent)
+            Snapshots { of_agents: [(agent, seen)].into(), n: 1 }.has_motion(&agent, 0.0)
         };
         let mut standing = vec![0.1; 30];
         standing[0] = 2.0;
         assert!(!has_motion(&standing) && !has_motion(&[]));
         standing[10..13].fill(-2.0);
         assert!(has_motion(&standing));
-        assert!(!Snapshots::default().has_motion(&agent));
+        assert!(!Snapshots::default().has_motion(&agent, 0.0));
+    }
+
+    #[test]
+    fn what_goes_at_walking_pace_moves_whatever_its_velocities_are_taken_for_and_what_scatters_in_its_place_does_not()
+     {
+        let agent = AgentId::new("a").unwrap();
+        let has_motion = |place: &dyn Fn(f64) -> [f64; 2], scatter_m: f64| {
+            let sighting = |k: u32| {
+                let t = 0.4 * f64::from(k);
+                let spot = Spot { at: place(t), velocity: [0.0; 2], variance: 1.0, size: None };
+                let standing = Spot { at: [50.0, 0.0], ..spot };
+                Sighting {
+                    captured_at: Timestamp::EPOCH + Span::from_secs_f64(t),
+                    pose: None,
+                    spots: vec![spot, standing],
+                }
+            };
+            let seen = (0..24).map(sighting).collect();
+            Snapshots { of_agents: [(agent, seen)].into(), n: 24 }.has_motion(&agent, scatter_m)
+        };
+        for speed_mps in [0.6, 1.0, 2.0] {
+            assert!(has_motion(&|t| [speed_mps * t, 3.0], 0.0), "{speed_mps} m/s");
+        }
+        assert!(!has_motion(&|_| [10.0, 3.0], 0.0));
+        let scattered = |t: f64| [2.0 * libm::sin(37.0 * t * t), 2.0 * libm::cos(53.0 * t)];
+        assert!(!has_motion(&scattered, 1.4));
     }
 }

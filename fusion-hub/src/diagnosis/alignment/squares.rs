@@ -105,7 +105,7 @@ pub(super) struct Refined {
 
 impl Refined {
     fn parameters(&self) -> [f64; 4] {
-        let Rigid { by_m: [x, y], turn_rad, earlier_s } = self.change;
+        let Rigid { by_m: [x, y], turn_rad, earlier_s, .. } = self.change;
         [x, y, turn_rad, earlier_s]
     }
 
@@ -135,18 +135,24 @@ impl Refined {
     /// The change with the parameters that are reported; the others are zero.
     pub(super) fn reported(&self) -> Rigid {
         let kept = |k: usize| if self.is_reported(k) { self.parameters()[k] } else { 0.0 };
-        Rigid { by_m: [kept(0), kept(1)], turn_rad: kept(2), earlier_s: kept(3) }
+        Rigid { by_m: [kept(0), kept(1)], turn_rad: kept(2), earlier_s: kept(3), ..Rigid::default() }
     }
 }
 
 /// Least squares from a beginning.
 pub(super) fn refine(snapshots: &[Snapshot], begin: Rigid) -> Option<Refined> {
-    let (mut change, mut sigma) = (begin, PRIOR);
+    refine_within(snapshots, begin, &PRIOR)
+}
+
+/// The same with other standard deviations in advance.
+pub(super) fn refine_within(snapshots: &[Snapshot], begin: Rigid, prior: &[f64; 4]) -> Option<Refined> {
+    let (mut change, mut sigma) = (begin, *prior);
     for step in 0..STEPS {
         let within = (step < STEPS / 2).then_some(WIDE_M);
-        let normal = Normal::of(snapshots, &change, within);
+        let normal = Normal::of(snapshots, (&change, prior), within);
         let (solution, deviations) = normal.solve()?;
-        change = Rigid { by_m: [solution[0], solution[1]], turn_rad: solution[2], earlier_s: solution[3] };
+        let [x, y, turn_rad, earlier_s] = solution;
+        change = Rigid { by_m: [x, y], turn_rad, earlier_s, ..Rigid::default() };
         sigma = deviations;
     }
     let explained = explained(snapshots, 1, &Change::Rigid(change));
@@ -160,9 +166,9 @@ struct Normal {
 }
 
 impl Normal {
-    fn of(snapshots: &[Snapshot], change: &Rigid, within: Option<f64>) -> Self {
+    fn of(snapshots: &[Snapshot], (change, prior): (&Rigid, &[f64; 4]), within: Option<f64>) -> Self {
         let mut normal = Self { matrix: [[0.0; 4]; 4], right: [0.0; 4] };
-        for (k, prior) in PRIOR.iter().enumerate() {
+        for (k, prior) in prior.iter().enumerate() {
             normal.matrix[k][k] = 1.0 / (prior * prior);
         }
         for [a, b] in snapshots {

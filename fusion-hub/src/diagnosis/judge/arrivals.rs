@@ -32,8 +32,11 @@ const HIGH_RATE: f64 = 1.7;
 /// Shares of frames from which they are those of two processes: that show what the last but one showed, and that go back in time.
 const RETURNS_SHARE: f64 = 0.3;
 const BACKWARDS_SHARE: f64 = 0.2;
-/// Stamps that differ so much from arrivals scatter, s.
+/// Stamps that differ so much from arrivals scatter, s, or the link is irregular.
 const SCATTERED_S: f64 = 0.03;
+/// Stamps that scatter by so much are no times of measurement, s; and by such a part of what they are ahead, they are why.
+const STAMPS_JITTER_S: f64 = 0.01;
+const CAUSE_OF_LEAD: f64 = 0.2;
 /// Times of transport that vary by more, s.
 const JITTER_S: f64 = 0.1;
 /// Standard deviations within which a clock error is one that its agent declares.
@@ -89,7 +92,7 @@ fn clock(one: &One<'_>, ClockByObjects { behind_s, agrees }: ClockByObjects) -> 
     if least < AHEAD {
         let is_ahead_always = arrivals.mean_delay_s() < AHEAD.as_secs_f64();
         return Some(match agrees && is_ahead_always {
-            true => predicts(one, -least),
+            true => stamps_jitter(one, (-least, most)).unwrap_or_else(|| predicts(one, -least)),
             false => ahead(one, (-least, most)),
         });
     }
@@ -189,6 +192,9 @@ fn ahead(one: &One<'_>, (by, most): (Span, Span)) -> Finding {
             "It declares such an error; the hub estimates and corrects it",
         );
     }
+    if let Some(found) = stamps_jitter(one, (by, most)) {
+        return found;
+    }
     // The frames that show it are the odd ones where stamps scatter.
     let jitter_s = one.survey.arrivals.jitter_s();
     if jitter_s >= SCATTERED_S && one.survey.arrivals.mean_delay_s() >= AHEAD.as_secs_f64() {
@@ -204,6 +210,36 @@ fn ahead(one: &One<'_>, (by, most): (Span, Span)) -> Finding {
         return one.fault(Code::ClockAhead, says, change);
     }
     one.fault(Code::ClockAhead, says, set_clock(one, -by))
+}
+
+/// Stamps that scatter, so that some are ahead: an offset shifts all of them alike.
+fn stamps_jitter(one: &One<'_>, (by, most): (Span, Span)) -> Option<Finding> {
+    let arrivals = &one.survey.arrivals;
+    let least_s = STAMPS_JITTER_S.max(CAUSE_OF_LEAD * by.as_secs_f64());
+    let jitter_s = arrivals.scatter_of_stamps_s().filter(|jitter_s| *jitter_s >= least_s)?;
+    let mean = Span::from_secs_f64(arrivals.mean_delay_s());
+    let is_ahead = mean < AHEAD;
+    let also = match is_ahead {
+        true => format!(". In the mean they are ahead by {}, too", ms(-mean)),
+        false => String::new(),
+    };
+    let says = format!(
+        "its stamps jitter by {:.0} ms (standard deviation) against the even arrival of its frames, which come from {} before their capture time \
+         to {} after it{also}",
+        1e3 * jitter_s,
+        ms(by),
+        ms(most)
+    );
+    let change = format!(
+        "{}: no `time_offset_ms` mends stamps that scatter{}",
+        one.words(
+            "Stamp each frame with the time at which its sensor measured, by one clock that is set (chrony, PTP), and not by rounded times, the \
+             times of another thread, or two clocks in turn",
+            "Write in the column t when the sensor measured, by one clock, and not rounded times or those of two clocks in turn",
+        ),
+        if is_ahead { "; what is left after that can be one" } else { "" }
+    );
+    Some(one.fault(Code::StampsJitter, says, change))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
@@ -301,10 +337,15 @@ fn rate(one: &One<'_>) -> Option<Finding> {
 }
 
 fn jitter(one: &One<'_>) -> Option<Finding> {
-    let jitter_s = one.survey.arrivals.jitter_s();
-    (jitter_s > JITTER_S && one.survey.arrivals.frames >= MIN_VALUES).then(|| {
+    let arrivals = &one.survey.arrivals;
+    let jitter_s = arrivals.jitter_s();
+    (jitter_s > JITTER_S && arrivals.frames >= MIN_VALUES).then(|| {
+        let of_stamps = match arrivals.scatter_of_stamps_s() {
+            Some(_) => ", though its frames arrive evenly: its stamps scatter, or results wait for the next turn to be sent",
+            None => "",
+        };
         let says = format!(
-            "the time from capture to arrival varies by {:.0} ms (standard deviation)",
+            "the time from capture to arrival varies by {:.0} ms (standard deviation){of_stamps}",
             1e3 * jitter_s
         );
         let change = "Late frames are fused at their own time; where they are too late, is the link overloaded, or does the \

@@ -6,6 +6,7 @@ mod boxes;
 mod contents;
 mod headings;
 mod nothing;
+mod offsets;
 mod one;
 mod pairs;
 mod remedy;
@@ -53,7 +54,7 @@ pub(super) fn findings(window: &Window, around: &Surroundings<'_>) -> Vec<Findin
     };
     let known = pairs::Known {
         no_metres: with(&[Code::Geodetic]),
-        clocks: with(&[Code::ClockAhead, Code::ClockBehind]),
+        clocks: with(&[Code::ClockAhead, Code::ClockBehind, Code::StampsJitter]),
         headings: with(&HEADINGS),
         source: around.source,
     };
@@ -157,7 +158,9 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
             || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
             || (has_one(agent, &[Code::TimeUnit])
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))
-            || (has_one(agent, &[Code::OneStamp])
+            || (one.code == Code::StampsJitter && has_one(agent, &[Code::TwoProcesses]))
+            || (has_one(agent, &[Code::StampsJitter]) && one.code == Code::Jitter)
+            || (has_one(agent, &[Code::OneStamp, Code::StampsJitter])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Offset))
             || (has_one(agent, &[Code::PartialFrames, Code::Feedback, Code::Repetition])
                 && (SIGMAS.contains(&one.code) || one.code == Code::Gaps))
@@ -182,7 +185,8 @@ fn no_accuracy_of_repetition(window: &Window, finding: Finding) -> Finding {
     let Some(agent) = finding.agent.filter(|_| finding.code == Code::SigmaTooLarge) else { return finding };
     let is_compared = |fit: &Fit| matches!(fit, Fit::Agree { .. } | Fit::Changed { .. });
     let is_shared = window.fits.iter().any(|(pair, fit)| pair.contains(&agent) && is_compared(fit));
-    if is_shared || window.snapshots.has_motion(&agent) {
+    let scatter_m = window.agents.get(&agent).and_then(|survey| survey.scatter.sigma_m()).unwrap_or(0.0);
+    if is_shared || window.snapshots.has_motion(&agent, scatter_m) {
         return finding;
     }
     let change = format!(

@@ -8,8 +8,6 @@ use v2x_common::id::AgentId;
 
 /// The middle of an agent's objects is so far from those of all others, m.
 const FAR_AWAY_M: f64 = 20_000.0;
-/// Clocks that differ by less are worth a note, s: sensors that turn stamp what they see by as much.
-const GRAVE_S: f64 = 0.15;
 
 /// A yard in metres, and how near to it a factor is.
 const YARD_M: f64 = 0.9144;
@@ -68,8 +66,13 @@ pub(super) fn findings(window: &Window, known: &Known) -> Vec<Finding> {
             // The change is that of the second one.
             Change::Rigid(rigid) => {
                 let clock_is_reported = pair.iter().any(|agent| known.clocks.contains(agent));
-                let rigid =
-                    Rigid { earlier_s: if clock_is_reported { 0.0 } else { rigid.earlier_s }, ..*rigid };
+                // A shift that the clock explains is none.
+                let is_explained = clock_is_reported && rigid.or_earlier_s != 0.0;
+                let rigid = Rigid {
+                    by_m: if is_explained { [0.0; 2] } else { rigid.by_m },
+                    earlier_s: if clock_is_reported { 0.0 } else { rigid.earlier_s },
+                    ..*rigid
+                };
                 one.offset(&if whose == 1 { rigid } else { rigid.reversed() }, is_undecided)
             }
             // The factor is that by which those of the second one are to be multiplied.
@@ -150,13 +153,15 @@ fn nothing_shared(window: &Window) -> Option<Finding> {
     })
 }
 
-struct Pair {
-    agent: AgentId,
-    other: AgentId,
-    share: f64,
+/// Two agents that differ, of whom the first one is probably wrong.
+pub(super) struct Pair {
+    pub(super) agent: AgentId,
+    pub(super) other: AgentId,
+    /// Share of the objects in common.
+    pub(super) share: f64,
     /// A shift of their objects cannot be one of time.
-    is_time_known: bool,
-    source: Source,
+    pub(super) is_time_known: bool,
+    pub(super) source: Source,
 }
 
 impl Pair {
@@ -289,63 +294,13 @@ impl Pair {
         };
         Finding { code: Code::LengthUnit, severity: Severity::Fault, agent: agent.copied(), says, change }
     }
-
-    /// The agent's positions go onto the other one's by `rigid`, so they are off by the opposite.
-    fn offset(&self, rigid: &Rigid, is_undecided: bool) -> Option<Finding> {
-        let Rigid { by_m: [x, y], turn_rad, earlier_s } = *rigid;
-        let mut parts = Vec::new();
-        if (x, y) != (0.0, 0.0) {
-            parts.push(format!("{:+.2} m east and {:+.2} m north of", -x, -y));
-        }
-        if turn_rad != 0.0 {
-            parts.push(format!("turned by {:+.1}° against", -turn_rad.to_degrees()));
-        }
-        let is_open = earlier_s == 0.0 && !self.is_time_known;
-        let severity = match is_open || parts.is_empty() && earlier_s.abs() < GRAVE_S {
-            true => Severity::Note,
-            false => Severity::Fault,
-        };
-        let is_of_time_alone = parts.is_empty();
-        if earlier_s != 0.0 {
-            parts.push(format!("{:.0} ms of their motion away from", 1e3 * earlier_s.abs()));
-        }
-        if parts.is_empty() {
-            return None;
-        }
-        let Self { agent, other, share, source, .. } = self;
-        let but = match is_open {
-            true => "; how fast they move is not known well enough to say whether places differ, or clocks",
-            false => "",
-        };
-        let says = format!(
-            "the objects of {agent} lie {} those of {other} ({:.0} % of what both see){but}",
-            parts.join(", "),
-            100.0 * share
-        );
-        let change = match is_of_time_alone {
-            true => source.words(
-                "Are both clocks set, and is `captured_at` when the sensor saw them, and not when the frame was sent? Are x and y the middle \
-                 of a vehicle, and not its front or rear? Positions that are smoothed lag behind, too",
-                "Are their times of one clock, and of when the sensors saw them? Are x and y the middle of a vehicle, and not its front or \
-                 rear? Positions that are smoothed lag behind, too",
-            ),
-            false => source.words(
-                "Are both clocks set, and both poses surveyed in one map frame? Are x and y the middle of each box, and not a corner? An agent that \
-                 describes the accuracy of its pose is corrected by the hub",
-                "Are both clocks set, and both poses surveyed in one map frame? Are x and y the middle of each box, and not a corner? A sensor whose \
-                 accuracy is given by --accuracy is corrected",
-            ),
-        };
-        let agent = (!is_undecided).then_some(*agent);
-        Some(Finding { code: Code::Offset, severity, agent, says, change: change.to_owned() })
-    }
 }
 
 impl Rigid {
     /// What undoes it, as long as it is small.
     fn reversed(&self) -> Self {
-        let Self { by_m: [x, y], turn_rad, earlier_s } = *self;
-        Self { by_m: [-x, -y], turn_rad: -turn_rad, earlier_s: -earlier_s }
+        let Self { by_m: [x, y], turn_rad, earlier_s, or_earlier_s } = *self;
+        Self { by_m: [-x, -y], turn_rad: -turn_rad, earlier_s: -earlier_s, or_earlier_s: -or_earlier_s }
     }
 }
 

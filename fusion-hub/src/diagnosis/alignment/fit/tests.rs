@@ -100,7 +100,7 @@ fn rigid(fit: Fit) -> Rigid {
 #[test]
 fn a_shift_is_found_however_large_and_nothing_else() {
     for by_m in [[1.5, -1.0], [4.0, 7.0], [-9.0, 2.0]] {
-        let Rigid { by_m: found, turn_rad, earlier_s } =
+        let Rigid { by_m: found, turn_rad, earlier_s, .. } =
             rigid(fit_of(|[x, y], _| [x + by_m[0], y + by_m[1]]));
         assert!((0..2).all(|axis| (found[axis] + by_m[axis]).abs() < 0.4), "{by_m:?}: {found:?}");
         assert_eq!((turn_rad, earlier_s), (0.0, 0.0));
