@@ -383,7 +383,11 @@ fn shares_of(car_score: f64, ghost_score: f64) -> [f64; 2] {
             let ks = i64::from(k);
             let there =
                 |x: f64, y: f64, score: f64| Detection { score, ..car(x + 0.3 * error(ks, 3), y, 0.0) };
-            let mut reports = vec![there(20.0, 5.0, car_score + 0.02 * error(ks, 4))];
+            // The second car shows that both see the place of the ghost.
+            let mut reports = vec![
+                there(20.0, 5.0, car_score + 0.02 * error(ks, 4)),
+                there(32.0, -22.0, car_score + 0.02 * error(ks, 6)),
+            ];
             if name == "first" {
                 reports.push(there(25.0, -15.0, ghost_score + 0.02 * error(ks, 5)));
             }
@@ -395,7 +399,7 @@ fn shares_of(car_score: f64, ghost_score: f64) -> [f64; 2] {
             let objects = &engine.fused(at(ms + 50)).objects;
             for (found, y) in found.iter_mut().zip([5.0, -15.0]) {
                 *found +=
-                    f64::from(u8::from(objects.iter().any(|object| (object.bev.y - y).abs() < 3.0))) / 100.0;
+                    f64::from(u8::from(objects.iter().any(|object| (object.bev.y - y).abs() < 2.5))) / 100.0;
             }
         }
     }

@@ -144,14 +144,15 @@ fn of_one_car(place: impl Fn(f64) -> [f64; 2]) -> Vec<Finding> {
 }
 
 #[test]
-fn what_drives_at_one_metre_a_second_is_not_said_to_stand_and_what_stands_is() {
+fn what_drives_at_one_metre_a_second_is_not_said_to_stand_and_what_stands_is_no_fault() {
     for speed_mps in [0.7, 1.0, 1.4, 3.0] {
         let found = of_one_car(|t| [10.0 + speed_mps * t, 5.0]);
         assert!(found.iter().all(|one| !one.to_string().contains("stands")), "{speed_mps} m/s: {found:#?}");
     }
     let scattered = |t: f64| [10.0 + 0.05 * libm::sin(70.0 * t * t), 5.0 + 0.05 * libm::cos(90.0 * t * t)];
     let found = of_one_car(scattered);
-    assert!(found.iter().any(|one| one.change.contains("What it sees stands")), "{found:#?}");
+    // How far off its places are, nobody can say: nothing is wrong with what it states.
+    assert!(found.iter().all(|one| !one.is_fault() || one.code == Code::Silent), "{found:#?}");
 }
 
 #[test]

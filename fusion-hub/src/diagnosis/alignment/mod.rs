@@ -141,10 +141,16 @@ impl Snapshots {
 
     /// Frames of two agents that were captured at one time.
     pub(super) fn of(&self, [first, second]: &[AgentId; 2]) -> Vec<Snapshot> {
+        // Of a hub that has just begun no speed is known; own places do not know all.
+        let moves = |spot: &Spot| libm::hypot(spot.velocity[0], spot.velocity[1]) >= MOVES_MPS;
+        let is_published = [first, second].iter().any(|agent| {
+            let seen = self.of_agents.get(*agent).into_iter().flatten();
+            seen.flat_map(|sighting| &sighting.spots).any(moves)
+        });
         let of_agent = |agent| {
             let mut all: Vec<Sighting> = self.of_agents.get(agent).cloned().unwrap_or_default();
             all.sort_by_key(|sighting| sighting.captured_at);
-            with_own_velocities(all)
+            if is_published { with_own_velocities(all) } else { all }
         };
         let (firsts, seconds) = (of_agent(first), of_agent(second));
         let (mut snapshots, mut spots): (Vec<Snapshot>, usize) = (Vec::new(), 0);
