@@ -198,9 +198,10 @@ pub(super) fn off_origin(one: &One<'_>) -> Option<Finding> {
         };
         let setting = one.setting(&format!("frame = \"{other}\""));
         format!(
-            "{} the {first} as x and the {second} as y, or write {setting}. Where it is the origin that is the wrong way round, \
-             exchange `latitude_deg` and `longitude_deg` there",
-            one.words("Send", "Write")
+            "Either the origin is the wrong way round, or the positions are: look up the place. If it is the origin, exchange `latitude_deg` and \
+             `longitude_deg` {}. If it is the positions, {} the {first} as x and the {second} as y, or write {setting}",
+            one.table(),
+            one.words("send", "write")
         )
     } else {
         format!(
