@@ -195,7 +195,7 @@ mod tests {
     fn what_does_not_end_with_toml_is_never_written_over_even_when_forced() {
         let traffic = std::env::temp_dir().join(format!("v2x-init-{}.csv", std::process::id()));
         std::fs::write(&traffic, "t,id").unwrap();
-        let of = crate::recorded::TrafficArgs::default();
+        let of = recorded::TrafficArgs::default();
         let init = InitArgs { world: None, of, out: Some(traffic.clone()), force: true };
         let refused = run(&ScenarioArgs { action: Action::Init(init) }).unwrap_err().to_string();
         let text = std::fs::read_to_string(&traffic).unwrap();
