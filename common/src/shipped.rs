@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 
+use crate::spelling;
+
 /// Name and text of each shipped scenario.
 pub const SHIPPED: [(&str, &str); 4] = [
     ("crossing", include_str!("../../deploy/scenarios/crossing.toml")),
@@ -28,7 +30,11 @@ pub fn read(name_or_file: &Path) -> io::Result<Cow<'static, str>> {
             let names: Vec<_> = SHIPPED.iter().map(|(name, _)| *name).collect();
             let file = name_or_file.display();
             let meant = names.iter().find(|name| name_or_file.file_stem().is_some_and(|stem| stem == **name));
+            let near = || spelling::nearest(name_or_file.to_str()?, names.iter().copied());
             let words = match meant {
+                None if let Some(near) = near() => {
+                    format!("no scenario file {file} (did you mean `{near}`, which is shipped?)")
+                }
                 Some(name) => {
                     format!("no scenario file {file}; the shipped scenario is `{name}`, without `.toml`")
                 }
@@ -66,6 +72,15 @@ mod tests {
             message.contains("no scenario file no-such.toml") && message.contains("ten-agents"),
             "{message}"
         );
+        for (name, meant) in [
+            ("crossin", "crossing"),
+            ("Crossing", "crossing"),
+            ("ten_agents", "ten-agents"),
+            ("higway", "highway"),
+        ] {
+            let message = read(Path::new(name)).unwrap_err().to_string();
+            assert!(message.contains(&format!("{name} (did you mean `{meant}`")), "{message}");
+        }
         for file in ["crossing.toml", "scenarios/crossing.toml"] {
             let message = read(Path::new(file)).unwrap_err().to_string();
             assert!(message.contains(file) && message.contains("`crossing`, without `.toml`"), "{message}");

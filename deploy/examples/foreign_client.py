@@ -9,6 +9,11 @@ except ImportError:
     sys.exit("this needs Zenoh for Python: pip install eclipse-zenoh")
 
 endpoints = [one for one in sys.argv[1:] if one != "--once"] or ["tcp/127.0.0.1:7447"]
+if {"-h", "--help"} & set(endpoints):
+    sys.exit(print("python3 foreign_client.py [--once] [ENDPOINT ...]   an ENDPOINT is tcp/HOST:7447; --once: do not wait for a hub"))
+for one in endpoints:
+    if one.startswith("-") or "/" not in one:
+        sys.exit(f"{one} is no endpoint, which names its protocol: tcp/HOST:PORT, such as tcp/127.0.0.1:7447")
 config = zenoh.Config()
 config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", json.dumps(endpoints))

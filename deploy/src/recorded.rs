@@ -4,6 +4,7 @@ use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::{maker_in_words, open_traffic, open_vehicle_types};
 use v2x_agent::trajectories::{ReadOptions, Traffic};
+use v2x_common::duration::parse_signed_seconds;
 use v2x_common::shipped;
 
 /// The name of a file without its suffix, or that of a folder, for what is made of it.
@@ -13,13 +14,13 @@ pub(crate) fn stem(path: &Path) -> Option<String> {
 }
 
 /// Which part of a file, and what else is needed to read it.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct TrafficArgs {
-    /// Begin so many seconds after the file's earliest time
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    /// Begin so long after the file's earliest time, such as 12s or 2min; a plain number is seconds
+    #[arg(long, value_name = "DURATION", allow_negative_numbers = true, value_parser = parse_signed_seconds)]
     from: Option<f64>,
-    /// End so many seconds after the file's earliest time
-    #[arg(long, value_name = "S")]
+    /// End so long after the file's earliest time; a plain number is seconds
+    #[arg(long, value_name = "DURATION", value_parser = parse_signed_seconds)]
     to: Option<f64>,
     /// The scene, of a file with several [default: the first]
     #[arg(long, value_name = "NAME")]

@@ -38,7 +38,7 @@ pub(crate) struct StatusArgs {
     #[arg(long, value_name = "NAME")]
     hub: Option<HubId>,
     /// How long to wait for a hub
-    #[arg(long, default_value_t = 5.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "5s", value_name = "DURATION", value_parser = parse_seconds)]
     wait: f64,
     /// Print JSON: everything that the hub says of itself
     #[arg(long, conflicts_with = "check")]

@@ -18,6 +18,16 @@ pub enum ScenarioError {
         /// The cause.
         cause: std::io::Error,
     },
+    /// Recorded traffic, or a folder, where a scenario is expected.
+    #[error(
+        "{} is no scenario; of recorded traffic one is written by: v2x scenario init --world {}",
+        path.display(),
+        path.display()
+    )]
+    IsTraffic {
+        /// The file or folder.
+        path: PathBuf,
+    },
     /// Not TOML, an unknown or missing field, or a value of the wrong type; the cause names the line.
     #[error("{origin}: {}", spelling::hinted(&.cause.to_string(), &[]))]
     Syntax {

@@ -18,6 +18,10 @@ use super::traffic::{Format, RecordedObject, Remarks, Traffic};
 use super::trajectory::{Sample, Trajectory};
 use super::units::Units;
 
+/// Columns that look like directions, and leave open from where and in which unit they count.
+const DIRECTIONS: [&str; 8] =
+    ["heading", "direction", "dir", "orientation", "course", "bearing", "theta", "angle"];
+
 /// Rows of a recording that are kept, 40 bytes each; one with more is refused.
 pub const MAX_ROWS: usize = 10_000_000;
 /// Coordinates farther from (0, 0) are moved where no origin is given.
@@ -218,7 +222,16 @@ impl<'a> Builder<'a> {
     /// Notes columns that are not used.
     pub(super) fn ignored(&mut self, columns: &[String]) {
         if !columns.is_empty() {
-            self.remarks.notes.push(format!("columns that are not used: {}", columns.join(", ")));
+            let direction = columns
+                .iter()
+                .find(|name| DIRECTIONS.iter().any(|one| name.trim().eq_ignore_ascii_case(one)));
+            let hint = direction.map_or_else(String::new, |name| {
+                format!(
+                    ". For {name} to be read, name it yaw (radians) or yaw_deg (degrees), counter-clockwise from east, or \
+                     heading_deg (degrees, clockwise from north)"
+                )
+            });
+            self.remarks.notes.push(format!("columns that are not used: {}{hint}", columns.join(", ")));
         }
     }
 

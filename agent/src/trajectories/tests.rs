@@ -36,6 +36,16 @@ fn a_row_in_any_order_of_columns_is_a_place_of_an_object() {
 }
 
 #[test]
+fn a_direction_whose_convention_is_open_is_told_the_names_that_say_it() {
+    let traffic = traffic("t,id,class,x,y,Heading\n0,a,car,0,0,90\n1,a,car,10,0,90\n");
+    let note = &traffic.remarks.notes[0];
+    assert!(note.starts_with("columns that are not used: Heading. For Heading to be read"), "{note}");
+    for name in ["yaw (radians)", "yaw_deg (degrees)", "heading_deg (degrees, clockwise from north)"] {
+        assert!(note.contains(name), "{note}");
+    }
+}
+
+#[test]
 fn byte_order_marks_carriage_returns_semicolons_quotes_and_decimal_commas_are_read() {
     for text in [
         TWO.replace('\n', "\r\n"),

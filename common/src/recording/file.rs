@@ -112,6 +112,18 @@ struct Part {
 }
 
 impl RecordingFile {
+    /// Whether [`Self::create`] would refuse a file that is there; it makes none, so that it can be asked before there is anything to
+    /// record.
+    ///
+    /// # Errors
+    /// Where it would.
+    pub fn check_free(path: &Path, options: &RecordingOptions) -> Result<(), FileError> {
+        if path.exists() && !options.overwrite && !options.goes_on() {
+            return Err(FileError::Exists(path.to_owned()));
+        }
+        Ok(())
+    }
+
     /// Makes the first file: where a recording of several files is not to overwrite anything, the one after those that are there.
     ///
     /// # Errors

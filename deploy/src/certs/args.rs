@@ -4,6 +4,7 @@ use super::register::Holder;
 use anyhow::bail;
 use std::net::Ipv6Addr;
 use std::path::PathBuf;
+use v2x_common::duration::parse_days;
 use v2x_common::id::{AgentId, HubId, Name};
 
 /// Make certificates, so that only your own machines take part
@@ -58,8 +59,8 @@ pub(super) struct InitArgs {
     pub(super) name: HubId,
     #[command(flatten)]
     pub(super) place: PlaceArgs,
-    /// Days for which the authority is valid
-    #[arg(long, default_value = "3650", value_name = "N", value_parser = days)]
+    /// How long the authority is valid, such as 12h or 52w; a plain number is days
+    #[arg(long, default_value = "3650d", value_name = "DURATION", value_parser = days)]
     pub(super) authority_days: f64,
 }
 
@@ -93,8 +94,8 @@ pub(super) struct PlaceArgs {
     /// Its port [default: 7447]
     #[arg(long)]
     pub(super) port: Option<u16>,
-    /// Days for which its certificate is valid
-    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
+    /// How long its certificate is valid, such as 12h or 52w; a plain number is days
+    #[arg(long, default_value = "365d", value_name = "DURATION", value_parser = days)]
     pub(super) days: f64,
 }
 
@@ -111,8 +112,8 @@ pub(super) struct AgentArgs {
     /// It may also publish the truth of a simulation
     #[arg(long)]
     pub(super) truth: bool,
-    /// Days for which its certificate is valid
-    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
+    /// How long its certificate is valid, such as 12h or 52w; a plain number is days
+    #[arg(long, default_value = "365d", value_name = "DURATION", value_parser = days)]
     pub(super) days: f64,
     /// Host of a hub it connects to; several: in this order [default: every one
     /// of every hub]
@@ -131,8 +132,8 @@ pub(super) struct ViewerArgs {
     /// A name for the viewer
     #[arg(value_parser = viewer_name)]
     pub(super) name: String,
-    /// Days for which its certificate is valid
-    #[arg(long, default_value = "365", value_name = "N", value_parser = days)]
+    /// How long its certificate is valid, such as 12h or 52w; a plain number is days
+    #[arg(long, default_value = "365d", value_name = "DURATION", value_parser = days)]
     pub(super) days: f64,
     /// Host of a hub it connects to; several: in this order [default: every one
     /// of every hub]
@@ -166,7 +167,7 @@ pub(super) struct ListArgs {
 
 fn days(text: &str) -> Result<f64, String> {
     const MOST: f64 = 36_500.0;
-    let days: f64 = text.parse().map_err(|_| format!("{text:?} is no number of days"))?;
+    let days = parse_days(text).map_err(|error| error.to_string())?;
     if (0.0..=MOST).contains(&days) {
         Ok(days)
     } else {
@@ -225,6 +226,7 @@ mod tests {
     #[test]
     fn days_of_certs_are_bounded() {
         assert_eq!(days("0.5"), Ok(0.5));
+        assert_eq!(days("12h"), Ok(0.5));
         for wrong in ["-1", "1e9", "NaN", "soon"] {
             assert!(days(wrong).is_err(), "{wrong}");
         }

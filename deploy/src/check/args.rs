@@ -46,10 +46,10 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// How long to listen
-    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "10s", value_name = "DURATION", value_parser = parse_seconds)]
     duration: f64,
     /// How long to wait for a hub or router
-    #[arg(long, default_value_t = 5.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "5s", value_name = "DURATION", value_parser = parse_seconds)]
     wait: f64,
     /// Print one JSON object
     #[arg(long)]

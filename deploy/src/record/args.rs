@@ -4,7 +4,7 @@ use anyhow::Context;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use v2x_common::clock;
-use v2x_common::duration::parse_seconds;
+use v2x_common::duration::{parse_rotation, parse_seconds};
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
@@ -50,7 +50,7 @@ pub(crate) struct RecordArgs {
     #[arg(long, value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) duration: Option<f64>,
     /// How long to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "10s", value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
     /// Overwrite the file if it exists
     #[arg(long)]
@@ -58,9 +58,9 @@ pub(crate) struct RecordArgs {
     /// Begin a further file (FILE-2, FILE-3, …) after so many megabytes
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) rotate_mb: Option<u64>,
-    /// Begin a further file after so many minutes
-    #[arg(long, value_name = "MIN", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) rotate_min: Option<u32>,
+    /// Begin a further file after so long, such as 90s or 2h; a plain number is minutes
+    #[arg(long, value_name = "DURATION", value_parser = parse_rotation)]
+    pub(crate) rotate_min: Option<f64>,
     /// Scenes a second for Foxglove's viewers of each list and agent; 0 for none
     #[arg(long, default_value_t = 5.0, value_name = "HZ")]
     pub(crate) scene_hz: f64,
@@ -104,7 +104,7 @@ impl RecordArgs {
         Ok(RecordingOptions {
             overwrite: self.force,
             rotate_bytes: self.rotate_mb.map(|megabytes| megabytes.saturating_mul(1_000_000)),
-            rotate_after: self.rotate_min.map(|minutes| Span::from_millis(i64::from(minutes) * 60_000)),
+            rotate_after: self.rotate_min.map(|minutes| Span::from_secs_f64(60.0 * minutes)),
             scene_interval: is_wanted.then(|| Span::from_secs_f64(1.0 / self.scene_hz)),
             facts,
             attachments,

@@ -33,10 +33,8 @@ pub(crate) async fn record(
     traffic: Traffic,
     shutdown: &CancellationToken,
 ) -> anyhow::Result<()> {
-    let file = RecordingFile::create(&args.file, args.options()?)?;
-    if file.path() != args.file {
-        tracing::info!(file = %file.path().display(), "recording; files that are there stay");
-    }
+    let written = args.options()?;
+    RecordingFile::check_free(&args.file, &written)?;
     let timeout = Duration::try_from_secs_f64(args.wait).context("--wait is no number of seconds")?;
     let options = args.session_options();
     let subscription = Subscription { network: args.network, traffic, hub: args.hub, capacity: WAITING };
@@ -44,6 +42,11 @@ pub(crate) async fn record(
     let Some(consumer) = connected.context("start a hub with `v2x up crossing`, or give --connect")? else {
         return Ok(());
     };
+    // Not before: a file of nothing would be in the way of the next try, or in place of an older recording.
+    let file = RecordingFile::create(&args.file, written)?;
+    if file.path() != args.file {
+        tracing::info!(file = %file.path().display(), "recording; files that are there stay");
+    }
     if args.events {
         events::emit("ready", &serde_json::json!({}));
     }
@@ -168,5 +171,42 @@ impl Recorder<'_> {
         recorded.context("what was recorded until a second before is readable")?;
         self.file.finish()?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(clap::Parser)]
+    struct Cli {
+        #[command(flatten)]
+        record: RecordArgs,
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn without_a_hub_no_file_is_left_and_a_recording_that_is_there_is_kept() {
+        let file = std::env::temp_dir().join(format!("v2x-record-{}.mcap", std::process::id()));
+        let name = file.to_str().unwrap();
+        // A port that nobody listens on: it was free a moment ago.
+        let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let endpoint = format!("tcp/127.0.0.1:{port}");
+        let tried = async |options: &[&str]| {
+            let words = ["record", name, "--wait", "300ms", "--connect", &endpoint];
+            let args = Cli::parse_from(words.iter().chain(options)).record;
+            run(&args, &CancellationToken::new()).await.unwrap_err().to_string()
+        };
+        for _ in 0..2 {
+            let refused = tried(&[]).await;
+            assert!(refused.contains("start a hub") && !file.exists(), "{refused}");
+        }
+        std::fs::write(&file, "an older recording").unwrap();
+        let exists = tried(&[]).await;
+        let forced = tried(&["--force"]).await;
+        let kept = std::fs::read_to_string(&file).unwrap();
+        std::fs::remove_file(&file).unwrap();
+        assert!(exists.contains("exists") && forced.contains("start a hub"), "{exists}; {forced}");
+        assert_eq!(kept, "an older recording");
     }
 }

@@ -13,7 +13,7 @@ Examples:
                              the frames of a recording through a new hub
   v2x replay run.mcap --network again --loop
                              over and over
-  v2x replay run.mcap --network again --from 30 --speed 2
+  v2x replay run.mcap --network again --from 30s --speed 2
                              from 30 s on, twice as fast
 Frames, descriptions and truth are sent, with their spacing and with stamps of
 today; lists of hubs are not.")]
@@ -32,8 +32,8 @@ pub(crate) struct ReplayArgs {
     /// How many times as fast as recorded; objects are as many times as fast
     #[arg(long, default_value_t = 1.0, value_name = "X", value_parser = speed)]
     pub(crate) speed: f64,
-    /// Begin so many seconds after the first message
-    #[arg(long, default_value_t = 0.0, value_name = "DURATION", value_parser = parse_seconds)]
+    /// Begin so long after the first message; a plain number is seconds
+    #[arg(long, default_value = "0s", value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) from: f64,
     /// Again and again, until Ctrl-C. At each new beginning everything jumps back to its first place, and gets new ids
     #[arg(long = "loop")]
@@ -42,7 +42,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long)]
     pub(crate) keep_stamps: bool,
     /// How long to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "10s", value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
 }
 

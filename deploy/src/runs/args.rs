@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::time::Duration;
+use v2x_common::duration::parse_seconds;
 use v2x_lab::commands::RUNS;
 
 /// List the folders of runs, the newest first, or delete old ones
@@ -54,20 +55,14 @@ pub(super) struct PruneArgs {
     pub(super) dry_run: bool,
 }
 
-/// An age such as `30min`, `12h`, `7d` or `4w`.
+/// An age such as `30min`, `12h`, `7d` or `4w`; with its unit, because what is deleted does not come back.
 fn parse_age(text: &str) -> Result<Duration, String> {
-    let wrong = || "write an age such as 30min, 12h, 7d or 4w".to_owned();
-    let split = text.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
-    let (number, unit) = text.split_at(split);
-    let seconds: u64 = match unit {
-        "min" => 60,
-        "h" => 3600,
-        "d" => 86_400,
-        "w" => 604_800,
-        _ => return Err(wrong()),
-    };
-    let number: u64 = number.parse().map_err(|_| wrong())?;
-    number.checked_mul(seconds).map(Duration::from_secs).ok_or_else(wrong)
+    let wrong = || "write an age such as 30min, 12h, 7d or 4w, with its unit".to_owned();
+    if !text.ends_with(|c: char| c.is_ascii_alphabetic()) {
+        return Err(wrong());
+    }
+    let seconds = parse_seconds(text).map_err(|_| wrong())?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| wrong())
 }
 
 #[cfg(test)]
@@ -77,8 +72,10 @@ mod tests {
     #[test]
     fn ages_need_a_number_and_a_unit() {
         assert_eq!(parse_age("7d"), Ok(Duration::from_secs(604_800)));
-        assert_eq!(parse_age("30min"), Ok(Duration::from_secs(1800)));
-        for bad in ["7", "d", "", "1.5h", "-1d", "7 days", "99999999999999999999w", "18446744073709551615w"] {
+        for (text, seconds) in [("30min", 1800), ("12s", 12), ("1.5h", 5400), ("4w", 2_419_200)] {
+            assert_eq!(parse_age(text), Ok(Duration::from_secs(seconds)), "{text}");
+        }
+        for bad in ["7", "d", "", "-1d", "7 days", "99999999999999999999w", "1e300d"] {
             assert!(parse_age(bad).is_err(), "{bad}");
         }
     }

@@ -23,6 +23,7 @@ const CROSSING: &str = include_str!("../../scenarios/crossing.toml");
 pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
     let Action::Init(args) = &args.action;
     let out = args.out.clone().unwrap_or_else(|| default_out(args.world.as_deref()));
+    check_name(&out)?;
     if out.exists() && !args.force {
         bail!("{} exists; choose another name, or give --force to overwrite it", out.display());
     }
@@ -44,6 +45,19 @@ pub(crate) fn run(args: &ScenarioArgs) -> anyhow::Result<()> {
         crate::output::shell_word(&out.display().to_string())
     );
     Ok(())
+}
+
+/// A scenario is a `.toml`: recorded traffic that is given in its place must not be overwritten, whatever is forced.
+fn check_name(out: &Path) -> anyhow::Result<()> {
+    if out.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("toml")) {
+        return Ok(());
+    }
+    let file = out.display();
+    let word = crate::output::shell_word(&file.to_string());
+    bail!(
+        "{file} is no name for a scenario to write, which ends with .toml; the scenario of recorded traffic in {file} is written by: \
+         v2x scenario init --world {word}"
+    );
 }
 
 fn default_out(world: Option<&Path>) -> PathBuf {
@@ -175,6 +189,20 @@ mod tests {
     fn of_what_a_program_says_the_first_lines_are_shown() {
         assert_eq!(beginning("Error: a\n\nQuitting.\n"), "Error: a\nQuitting.");
         assert_eq!(beginning(&"e\n".repeat(300)), "e\ne\ne\ne\ne\n… and 295 lines more");
+    }
+
+    #[test]
+    fn what_does_not_end_with_toml_is_never_written_over_even_when_forced() {
+        let traffic = std::env::temp_dir().join(format!("v2x-init-{}.csv", std::process::id()));
+        std::fs::write(&traffic, "t,id").unwrap();
+        let of = recorded::TrafficArgs::default();
+        let init = InitArgs { world: None, of, out: Some(traffic.clone()), force: true };
+        let refused = run(&ScenarioArgs { action: Action::Init(init) }).unwrap_err().to_string();
+        let text = std::fs::read_to_string(&traffic).unwrap();
+        std::fs::remove_file(&traffic).unwrap();
+        assert_eq!(text, "t,id");
+        assert!(refused.contains("v2x scenario init --world ") && refused.contains(".csv"), "{refused}");
+        assert!(check_name(Path::new("mine.TOML")).is_ok() && check_name(Path::new("mine")).is_err());
     }
 
     #[test]

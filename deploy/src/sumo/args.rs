@@ -1,6 +1,7 @@
 //! The command line of `v2x sumo`.
 
 use std::path::PathBuf;
+use v2x_common::duration::parse_signed_seconds;
 use v2x_common::id::NetworkId;
 use v2x_common::net::endpoint_given::to_connect;
 use v2x_common::net::session::SessionOptions;
@@ -25,8 +26,8 @@ pub(crate) struct SumoArgs {
     /// A SUMO that is running already, with --remote-port PORT
     #[arg(long, value_name = "HOST:PORT")]
     pub(super) traci: Option<String>,
-    /// Begin at this time of SUMO, s: until then it runs as fast as it can
-    #[arg(long, value_name = "S")]
+    /// Begin at this time of SUMO, such as 600s or 10min (a plain number is seconds): until then it runs as fast as it can
+    #[arg(long, value_name = "DURATION", value_parser = parse_signed_seconds)]
     pub(super) begin: Option<f64>,
     /// Write the world into a CSV file, which can be the world of a scenario later
     #[arg(long, value_name = "FILE")]

@@ -87,7 +87,7 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "N")]
     pub(crate) count: Option<u64>,
     /// How long to wait for a hub
-    #[arg(long, default_value_t = 10.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long, default_value = "10s", value_name = "DURATION", value_parser = parse_seconds)]
     pub(crate) wait: f64,
     /// Print life-cycle events as JSON lines on standard output
     #[arg(long, hide = true, conflicts_with = "json")]

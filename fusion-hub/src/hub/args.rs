@@ -5,6 +5,7 @@ use crate::hub::settings::HubSettings;
 use anyhow::Context;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use v2x_common::duration::parse_rotation;
 use v2x_common::id::{HubId, NetworkId};
 use v2x_common::net::endpoint_given::{to_connect, to_listen};
 use v2x_common::net::session::SessionOptions;
@@ -66,9 +67,9 @@ pub struct HubArgs {
     /// Begin a further file (FILE-2, FILE-3, …) after so many megabytes
     #[arg(long, value_name = "MB", requires = "record", value_parser = clap::value_parser!(u64).range(1..))]
     pub rotate_mb: Option<u64>,
-    /// Begin a further file after so many minutes
-    #[arg(long, value_name = "MIN", requires = "record", value_parser = clap::value_parser!(u32).range(1..))]
-    pub rotate_min: Option<u32>,
+    /// Begin a further file after so long, such as 90s or 2h; a plain number is minutes
+    #[arg(long, value_name = "DURATION", requires = "record", value_parser = parse_rotation)]
+    pub rotate_min: Option<f64>,
     /// Overwrite the recording if there is one of this name
     #[arg(long, requires = "record")]
     pub force: bool,
@@ -119,7 +120,7 @@ impl HubArgs {
         let options = RecordingOptions {
             overwrite: self.force,
             rotate_bytes: self.rotate_mb.map(|megabytes| megabytes.saturating_mul(1_000_000)),
-            rotate_after: self.rotate_min.map(|minutes| Span::from_millis(i64::from(minutes) * 60_000)),
+            rotate_after: self.rotate_min.map(|minutes| Span::from_secs_f64(60.0 * minutes)),
             facts: facts.map(|(key, value)| (key.to_owned(), value)).into(),
             ..RecordingOptions::default()
         };
@@ -154,6 +155,13 @@ pub fn hub_table(path: &Path) -> anyhow::Result<toml::Table> {
 
 /// The same, without a word; `None` where the file has none.
 pub fn hub_table_if_any(path: &Path) -> anyhow::Result<Option<toml::Table>> {
+    let is_name = path.extension().is_none();
+    if !is_name && !path.exists() {
+        anyhow::bail!(
+            "no configuration file {}: give a TOML file with a [hub] table, or the name of a shipped scenario",
+            path.display()
+        );
+    }
     let text = v2x_common::shipped::read(path).with_context(|| format!("reading {}", path.display()))?;
     let mut file: toml::Table = text.parse().with_context(|| format!("in {}", path.display()))?;
     check_tables(&file).with_context(|| format!("in {}", path.display()))?;

@@ -30,7 +30,7 @@ pub struct SimulateArgs {
     /// The scenario file, or a shipped scenario's name
     scenario: PathBuf,
     /// How long the agents capture
-    #[arg(long = "duration", alias = "duration-s", default_value_t = 60.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long = "duration", alias = "duration-s", default_value = "60s", value_name = "DURATION", value_parser = parse_seconds)]
     duration_s: f64,
     /// The method, by its key in deploy/docs/methods.md [default: the scenario's]
     #[arg(long, value_name = "METHOD")]

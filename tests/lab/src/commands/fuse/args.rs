@@ -6,6 +6,7 @@ use crate::score::offline::Region;
 use anyhow::{Context, ensure};
 use std::path::PathBuf;
 use v2x_agent::noise::DEFAULT_SIZE_LOWER;
+use v2x_common::duration::parse_millis;
 use v2x_common::id::AgentId;
 use v2x_common::sensor::{Accuracy, FieldOfView, SensorDescription, SensorKind, SizeNoiseLaw};
 use v2x_fusion_hub::engine::EngineConfig;
@@ -107,8 +108,8 @@ pub struct RuleArgs {
     /// Motion model [default: the method's]
     #[arg(long, value_parser = ["cv", "imm"])]
     pub motion: Option<String>,
-    /// Frames older than this on arrival are refused, ms [default: 500]
-    #[arg(long, value_name = "MS")]
+    /// Frames older than this on arrival are refused, such as 300ms or 1s; a plain number is ms [default: 500ms]
+    #[arg(long, value_name = "DURATION", value_parser = parse_millis)]
     pub delta_max_ms: Option<f64>,
     /// Number of association hypotheses
     #[arg(long, value_name = "N")]

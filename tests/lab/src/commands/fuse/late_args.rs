@@ -1,6 +1,7 @@
 //! Options of `lab fuse` for frames that arrive later than they did.
 
 use crate::data::detection_log::Delay;
+use v2x_common::duration::parse_millis;
 use v2x_common::id::AgentId;
 use v2x_common::time::Span;
 
@@ -10,9 +11,9 @@ const MOST_MS: f64 = 60_000.0;
 /// How much later frames arrive than the log says.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub struct LateArgs {
-    /// Frames arrive later than in the log by so much, ms, or by a time from MS to UP_TO_MS that is drawn for each; those of
-    /// one sensor as SENSOR=… May be repeated
-    #[arg(long, value_name = "[SENSOR=]MS[,UP_TO_MS]", value_parser = delay)]
+    /// Frames arrive later than in the log by so much, such as 200ms or 1s (a plain number is ms), or by a time up to UP_TO that is
+    /// drawn for each; those of one sensor as SENSOR=… May be repeated
+    #[arg(long, value_name = "[SENSOR=]DURATION[,UP_TO]", value_parser = delay)]
     pub late: Vec<Delay>,
     /// Seed of the times that are drawn
     #[arg(long, value_name = "N", default_value_t = 1, requires = "late")]
@@ -25,9 +26,9 @@ fn delay(text: &str) -> Result<Delay, String> {
         None => (None, text),
     };
     let time = |text: &str| {
-        let ms = text.trim().parse().ok().filter(|ms: &f64| (0.0..=MOST_MS).contains(ms));
+        let ms = parse_millis(text).ok().filter(|ms| (0.0..=MOST_MS).contains(ms));
         ms.map(|ms| Span::from_secs_f64(ms / 1e3))
-            .ok_or_else(|| format!("{text:?} is no delay of 0 to {MOST_MS} ms"))
+            .ok_or_else(|| format!("{text:?} is no delay of 0 to {MOST_MS} ms, such as 200, 200ms or 1s"))
     };
     let (least, most) = figures.split_once(',').unwrap_or((figures, figures));
     let (least, most) = (time(least)?, time(most)?);
@@ -45,6 +46,7 @@ mod tests {
     fn a_delay_is_constant_or_drawn_of_all_sensors_or_of_one() {
         let ms = Span::from_millis;
         assert_eq!(delay("200"), Ok(Delay { sensor: None, least: ms(200), most: ms(200) }));
+        assert_eq!(delay("200ms,1.5s"), Ok(Delay { sensor: None, least: ms(200), most: ms(1500) }));
         let rsu = AgentId::new("rsu").unwrap();
         assert_eq!(delay("rsu=50, 250"), Ok(Delay { sensor: Some(rsu), least: ms(50), most: ms(250) }));
         for wrong in ["", "x", "-1", "100,50", "1,2,3", "a/b=1", "rsu=", "nan", "inf", "70000"] {

@@ -17,6 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 use v2x_common::clock;
+use v2x_common::duration::parse_seconds;
 use v2x_common::id::NetworkId;
 use v2x_common::keys::Keys;
 use v2x_common::net::session::{self, SessionOptions};
@@ -35,7 +36,7 @@ const WARM_UP: Duration = Duration::from_secs(2);
 #[command(after_help = "\
 Examples:
   lab load                              200 agents of 50 objects
-  lab load --agents 600 --seconds 20    more than a core can take
+  lab load --agents 600 --duration 20s  more than a core can take
   lab load --hz 60                      the same objects, more frames than a
                                         core can take
   lab load --agents 60 --hostile boxes  one more agent, with 4096 boxes a frame
@@ -54,9 +55,9 @@ pub struct LoadArgs {
     /// Frames of each agent, Hz: more load on the same objects
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=200))]
     hz: u32,
-    /// Time that is counted, s
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=3600))]
-    seconds: u32,
+    /// Time that is counted, such as 20s or 2min; a plain number is seconds
+    #[arg(long, alias = "seconds", default_value = "10s", value_name = "DURATION", value_parser = counted)]
+    duration: Duration,
     /// One more agent that misbehaves
     #[arg(long, value_enum)]
     hostile: Option<Hostile>,
@@ -78,6 +79,15 @@ pub struct LoadArgs {
     /// Print the result as one line of JSON
     #[arg(long)]
     json: bool,
+}
+
+/// A time that is counted.
+fn counted(text: &str) -> Result<Duration, String> {
+    let seconds = parse_seconds(text).map_err(|error| error.to_string())?;
+    let is_within = (1.0..=3600.0).contains(&seconds);
+    is_within
+        .then(|| Duration::from_secs_f64(seconds))
+        .ok_or_else(|| format!("{text} is not within 1s and 1h"))
 }
 
 /// What was measured.
@@ -131,7 +141,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     let senders = senders(args, &endpoint).await?;
     let watcher = session::open(session::client_config(&client(args, &endpoint, "viewer/load"))?).await?;
     let size = LoadSize { agents: args.agents, rate_hz: args.hz, objects: args.objects, seed: args.seed };
-    let run_for = WARM_UP + Duration::from_secs(args.seconds.into());
+    let run_for = WARM_UP + args.duration;
     let generator = Generator::new(&size, run_for)?;
     let end = shutdown.child_token();
     let sent = Arc::new(Sent::default());
@@ -144,7 +154,7 @@ async fn measure(args: &LoadArgs, shutdown: &CancellationToken) -> anyhow::Resul
     tokio::time::sleep(WARM_UP).await;
     let fused_bytes = count_fused(&watcher, network).await?;
     let before = (status(&watcher, network).await?, sent.counts(), cpu_s(&hub), clock::now());
-    tokio::time::sleep(Duration::from_secs(args.seconds.into())).await;
+    tokio::time::sleep(args.duration).await;
     let counts = sent.counts();
     let cpu = cpu_s(&hub);
     let watched_s = (clock::now() - before.3).as_secs_f64();

@@ -7,7 +7,7 @@ use crate::drive::sweep::{axis, scenarios};
 use anyhow::{Context, ensure};
 use std::path::{Path, PathBuf};
 use v2x_agent::scenario::with_paths;
-use v2x_common::duration::parse_seconds;
+use v2x_common::duration::{parse_millis, parse_seconds};
 use v2x_common::shipped;
 use v2x_common::time::Span;
 
@@ -30,8 +30,8 @@ pub struct SweepArgs {
     /// Methods to compare [default: all; ours-uncorrected only with clock or pose errors]
     #[arg(long, value_delimiter = ',', value_name = "METHOD")]
     methods: Vec<SweepMethod>,
-    /// Δmax, ms; each value is one curve [default: the scenario's]
-    #[arg(long, value_delimiter = ',', value_name = "MS")]
+    /// Δmax, such as 300,500ms,1s; a plain number is ms; each value is one curve [default: the scenario's]
+    #[arg(long, value_delimiter = ',', value_name = "DURATION", value_parser = parse_millis)]
     delta_max: Vec<f64>,
     /// Number of seeds [default: 5; live 2]
     #[arg(long)]
@@ -40,7 +40,7 @@ pub struct SweepArgs {
     #[arg(long = "duration", alias = "duration-s", value_name = "DURATION", value_parser = parse_seconds)]
     duration_s: Option<f64>,
     /// Start of the scored time
-    #[arg(long = "settle", alias = "settle-s", default_value_t = 2.0, value_name = "DURATION", value_parser = parse_seconds)]
+    #[arg(long = "settle", alias = "settle-s", default_value = "2s", value_name = "DURATION", value_parser = parse_seconds)]
     settle_s: f64,
     /// Run every point as processes over Zenoh, with one hub for each method, all on the same frames
     #[arg(long)]

@@ -10,6 +10,7 @@ use crate::data::workload::Load;
 use crate::report::output::print;
 use anyhow::Context;
 use serde::Serialize;
+use v2x_common::duration::parse_seconds;
 use v2x_fusion_hub::filter::{Filter, ImmState, State};
 use v2x_fusion_hub::fusion::MotionModel;
 
@@ -24,7 +25,7 @@ Examples:
   lab throughput                          10 agents, 100 objects, none late
   lab throughput --agents 200 --late 0.2  a fifth of the frames 60 to 250 ms
                                           late
-  lab throughput --objects 2000 --seconds 5 --json
+  lab throughput --objects 2000 --duration 5s --json
   lab throughput --agents 200 --objects 5000 --view 50 --motion imm
                                           how the cost grows with the number of
                                           tracks")]
@@ -45,8 +46,8 @@ pub struct ThroughputArgs {
     /// Motion model
     #[arg(long, value_enum, default_value_t = Motion::Cv)]
     motion: Motion,
-    /// Simulated time, s [default: enough for about two million detections]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Simulated time, whole seconds such as 30s or 2min; a plain number is seconds [default: enough for about two million detections]
+    #[arg(long = "duration", alias = "seconds", value_name = "DURATION", value_parser = simulated)]
     seconds: Option<u32>,
     /// Seed of the objects and of their reports
     #[arg(long, default_value_t = 1, value_parser = v2x_common::seed::parse_seed)]
@@ -68,6 +69,20 @@ enum Motion {
 fn share(text: &str) -> Result<f64, String> {
     let share: f64 = text.parse().map_err(|error| format!("{error}"))?;
     if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("expected 0 to 1".to_owned()) }
+}
+
+/// A time in whole seconds, by which the pipeline goes.
+fn simulated(text: &str) -> Result<u32, String> {
+    let seconds = parse_seconds(text).map_err(|error| error.to_string())?;
+    let is_within = (1.0..=100_000.0).contains(&seconds) && seconds.fract() == 0.0;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a whole number within the limits"
+    )]
+    is_within
+        .then_some(seconds as u32)
+        .ok_or_else(|| format!("{text} is no whole number of seconds from 1 to 100000"))
 }
 
 /// The output of `--json`. Times are CPU times per detection or per call.
@@ -191,6 +206,20 @@ fn comparison(report: &Report) -> String {
         ),
         Motion::Imm => {
             format!("one constant-velocity filter: dense textbook {dense:.1}, nalgebra by blocks {blocks:.1}")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simulated_time_is_written_with_a_unit_or_as_seconds_and_is_whole() {
+        assert_eq!(simulated("30"), Ok(30));
+        assert_eq!(simulated("2min"), Ok(120));
+        for wrong in ["500ms", "0", "1.5s", "2d", "soon"] {
+            assert!(simulated(wrong).is_err(), "{wrong}");
         }
     }
 }
