@@ -17,14 +17,6 @@ const PER_FRAME_M: std::ops::Range<f64> = 0.1..3.5;
 const ROWS: usize = 5;
 const SMOOTH: f64 = 0.12;
 const MIN_CHANGES: usize = 12;
-/// Nobody drives so slowly all the time, m/s: as seconds such times are wrong, at 25 frames a second it is a town's traffic.
-const CREEPS_MPS: f64 = 0.5;
-/// What creeps faster may be a queue, as seconds say. Drivers in one change their speed by more than this, m/s², and what moves by itself and
-/// evenly changes it not at all; but hundredths of this, changing slowly, are what traffic does in so many frames.
-const GENTLE_MPS2: f64 = 0.03;
-const LONG_ROWS: usize = 10;
-/// Accelerations one after the other are alike by this part of them. Those of places that scatter are opposite.
-const ALIKE: f64 = 0.3;
 /// On no road do vehicles go so fast that one of twenty steps is faster, m/s: 170 km/h. People do not even run so, all the time.
 const FAST_VEHICLES_MPS: f64 = 47.0;
 const FAST_PEOPLE_MPS: f64 = 3.5;
@@ -40,16 +32,6 @@ struct Kind {
     speeds_mps: Vec<f64>,
     /// By how much the next speed of the same object is another one, as a part of the larger one.
     changes: Vec<f64>,
-    accelerations: Accelerations,
-}
-
-/// Of steps of many rows, m/s².
-#[derive(Clone, Debug, Default)]
-struct Accelerations {
-    magnitudes: Vec<f64>,
-    /// Sums of squares of those that have a next one, and of products with it.
-    squares: f64,
-    products: f64,
 }
 
 /// Of a recording.
@@ -82,11 +64,6 @@ impl Kind {
                 self.changes.push((first - second).abs() / faster);
             }
         }
-        let every: Vec<_> = places.iter().step_by(LONG_ROWS).collect();
-        let speeds: Vec<_> = every.windows(2).map(|two| (speed_mps(two[0], two[1]), two[0].0)).collect();
-        let accelerations =
-            speeds.windows(2).map(|two| (two[1].0 - two[0].0) / (two[1].1 - two[0].1).as_secs_f64());
-        self.accelerations.add(&accelerations.collect::<Vec<_>>());
     }
 
     /// The speed above which one of twenty steps is, m/s; `None` of too few.
@@ -94,26 +71,6 @@ impl Kind {
         let (n, mut sorted) = (self.speeds_mps.len(), self.speeds_mps.clone());
         sorted.sort_unstable_by(f64::total_cmp);
         (self.n_objects >= MIN_OBJECTS && n >= MIN_STEPS).then(|| sorted[n * 19 / 20])
-    }
-}
-
-impl Accelerations {
-    fn add(&mut self, of_one: &[f64]) {
-        self.magnitudes.extend(of_one.iter().map(|one| one.abs()));
-        for two in of_one.windows(2) {
-            self.squares += two[0] * two[0];
-            self.products += two[0] * two[1];
-        }
-    }
-
-    /// Whether they are smaller than those of drivers, and yet no errors of places, nor nothing.
-    fn are_of_slow_motion(&self) -> bool {
-        let mut sorted = self.magnitudes.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        sorted.len() >= MIN_CHANGES
-            && sorted[sorted.len() / 2] < GENTLE_MPS2
-            && self.squares > 0.0
-            && self.products >= ALIKE * self.squares
     }
 }
 
@@ -145,19 +102,17 @@ impl Paces {
         self.frame_numbers(step.as_secs_f64()).or_else(|| self.feet()).into_iter().collect()
     }
 
-    /// Times that count frames: what moves is too slow for seconds, or speeds up and slows down too slowly for these, and would be what traffic is
-    /// at usual rates.
+    /// Times that count frames.
     fn frame_numbers(&self, step_s: f64) -> Option<String> {
         let fast_mps = self.vehicles.fast_mps()?;
         let mut changes = self.vehicles.changes.clone();
         changes.sort_unstable_by(f64::total_cmp);
         let is_smooth = changes.len() >= MIN_CHANGES && changes[changes.len() / 2] < SMOOTH;
         let is_of_frames = self.are_whole && FRAMES_S.contains(&step_s) && PER_FRAME_M.contains(&fast_mps);
-        let is_too_slow = fast_mps < CREEPS_MPS || self.vehicles.accelerations.are_of_slow_motion();
-        (is_of_frames && is_smooth && is_too_slow).then(|| {
+        (is_of_frames && is_smooth).then(|| {
             format!(
-                "all times are whole numbers, and no vehicle is faster than {fast_mps:.2} m/s, though each goes on more evenly than anybody drives so \
-                 slowly: t looks like numbers of frames; write seconds (t / frames a second: {:.0} km/h at 10, {:.0} km/h at 25)",
+                "all times are whole numbers, and no vehicle is faster than {fast_mps:.2} m/s, though each goes on evenly: t looks like numbers of \
+                 frames; write seconds (t / frames a second: {:.0} km/h at 10, {:.0} km/h at 25)",
                 36.0 * fast_mps,
                 90.0 * fast_mps
             )
@@ -227,43 +182,6 @@ mod tests {
         assert_eq!(said(FourWheeled, (0.1, city), |t, x| (t, x)), [""; 0]);
         assert_eq!(said(FourWheeled, (1.0, [1.0, 2.0, 1.5, 0.5]), |t, x| (t, 0.3 * x)), [""; 0], "a queue");
         assert_eq!(said(Pedestrian, (1.0, [1.3; 4]), |t, _| (t, 1.3 * t)), [""; 0]);
-    }
-
-    #[test]
-    fn cars_that_creep_evenly_once_a_second_are_not_asked_for_frames_and_traffic_in_frames_is() {
-        use ClassGroup::FourWheeled;
-        // At one speed each, to the millimetre, or scattering by centimetres.
-        for factor in [0.6, 1.0, 2.0, 3.0] {
-            let speeds = [0.9, 1.0, 1.1, 1.05].map(|speed| factor * speed);
-            for scatter_m in [0.0, 0.03] {
-                let mut paces = Paces::default();
-                for (n, speed) in speeds.into_iter().enumerate() {
-                    let rows: Vec<_> = (0..90_u32)
-                        .map(|k| {
-                            let error = scatter_m * libm::sin(f64::from(k * k) * 1.7 + n as f64);
-                            let t = f64::from(k);
-                            let pose = Pose { x: speed * t + error, y: 4.0 * n as f64, yaw: 0.0 };
-                            (Span::from_secs_f64(t), pose)
-                        })
-                        .collect();
-                    paces.add(
-                        FourWheeled,
-                        rows.iter().map(|(t, pose)| (*t, pose)),
-                        Span::from_secs_f64(10.0),
-                    );
-                }
-                let said = paces.warnings(Span::from_secs_f64(1.0));
-                assert_eq!(said, [""; 0], "× {factor}, scattering by {scatter_m} m");
-            }
-        }
-        // A queue that goes on and stops, and traffic at frames' numbers, slower and faster.
-        assert_eq!(said(FourWheeled, (1.0, [2.5; 4]), |t, x| (t, 0.3 * x)), [""; 0]);
-        for hz in [10.0, 15.0, 30.0] {
-            for speeds in [[6.0, 7.0, 8.0, 9.0], [12.0, 14.0, 17.0, 20.0]] {
-                let found = said(FourWheeled, (1.0 / hz, speeds), |t, x| (libm::round(hz * t), x));
-                assert_eq!(found.len(), 1, "{hz} Hz, {speeds:?}: {found:?}");
-            }
-        }
     }
 
     #[test]
