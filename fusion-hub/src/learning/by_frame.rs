@@ -4,7 +4,7 @@
 use super::reading::LearntSensor;
 use super::score_counts::ScoreCounts;
 use super::sensor_statistics::SensorStatistics;
-use crate::values::{ScoreModel, SeenPlaces};
+use crate::values::{ScoreModel, SeenPlaces, SensorAxes};
 use v2x_common::detection::DetectionFrame;
 
 impl LearntSensor {
@@ -45,10 +45,9 @@ fn view_m_of(frame: &DetectionFrame) -> Option<f64> {
 /// Where it detects something.
 fn places_of(frame: &DetectionFrame) -> SeenPlaces {
     let mut places = SeenPlaces::default();
-    for detection in &frame.detections {
-        if let Some(pose) = &frame.sensor_pose {
-            places.note(pose, [detection.bev.x, detection.bev.y]);
-        }
+    if let Some(pose) = &frame.sensor_pose {
+        let axes = SensorAxes::of(pose);
+        frame.detections.iter().for_each(|detection| places.note(&axes, [detection.bev.x, detection.bev.y]));
     }
     places
 }

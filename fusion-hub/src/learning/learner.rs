@@ -12,7 +12,9 @@ use super::score_counts::{Scored, Witness};
 use super::track_memory::{Compared, TrackMemory, WaitingMiss};
 use crate::filter::{Filter, Motion};
 use crate::track::{Evidence, Snapshot, StoredFrame, Track, TrackContext};
-use crate::values::{AgentNames, AgentSlot, ClassLaw, ExpectedPlace, HeadingLaw, ScoreModel, range_bin};
+use crate::values::{
+    AgentNames, AgentSlot, ClassLaw, ExpectedPlace, HeadingLaw, ScoreModel, SensorAxes, range_bin,
+};
 use serde::{Deserialize, Serialize};
 use v2x_common::class::ClassGroup;
 use v2x_common::covariance::Covariance2;
@@ -150,13 +152,14 @@ impl Learner {
             let statistics = &mut known.statistics;
             statistics.add_frame(frame.captured_at);
             let mut detections = 0;
+            let axes = frame.pose.as_ref().filter(|_| !known.is_described).map(SensorAxes::of);
             for position in context.frames.positions(slot) {
                 detections += 1;
                 let [x, y] = position;
                 known.detected_at = known.detected_at.max(Some(frame.captured_at));
                 statistics.add_detection(frame.pose.map(|pose| pose.distance_to(x, y)));
-                if let Some(pose) = frame.pose.as_ref().filter(|_| !known.is_described) {
-                    known.places.note(frame.captured_at, pose, position);
+                if let Some(axes) = &axes {
+                    known.places.note(frame.captured_at, axes, position);
                 }
             }
             known.clutter.add_frame(detections);

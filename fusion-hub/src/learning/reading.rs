@@ -179,7 +179,7 @@ impl LearntSensor {
             field_of_view: FieldOfView::omnidirectional(0.0, view_m),
             body: None,
             profile,
-            seen: Some(self.seen),
+            seen: Some(self.seen.from_pose(&pose)),
         };
         FrameReading { model, coverage: pose.zip(self.view_m).map(view) }
     }

@@ -52,7 +52,7 @@ pub use real::{LANES, Real};
 pub(crate) use saved::saved;
 pub use saved::{Saved, StateError};
 pub use score_model::{SCORE_BANDS, ScoreBand, ScoreEvidence, ScoreModel, logit};
-pub use seen_places::SeenPlaces;
+pub use seen_places::{SeenFrom, SeenPlaces, SensorAxes};
 pub use sensor_model::{Coverage, DetectionModel, SensingDefaults, SensorModel};
 pub use support::{Support, SupportFrame};
 

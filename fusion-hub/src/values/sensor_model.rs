@@ -9,7 +9,7 @@ use super::measurement::{Measurement, SizeLaw};
 use super::pose_errors::PoseErrors;
 use super::position_errors::PositionErrors;
 use super::score_model::{ScoreBand, ScoreModel};
-use super::seen_places::SeenPlaces;
+use super::seen_places::SeenFrom;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use v2x_common::class::ClassGroup;
@@ -162,7 +162,7 @@ pub struct Coverage {
     /// Probabilities that an object in the field of view is detected.
     pub profile: DetectionProfile,
     /// Where it has detected anything; `None` of a field of view that is declared.
-    pub seen: Option<SeenPlaces>,
+    pub seen: Option<SeenFrom>,
 }
 
 impl Coverage {
@@ -179,14 +179,14 @@ impl Coverage {
     pub fn detection_probability(&self, position: [f64; 2], group: ClassGroup) -> f64 {
         let probability = self.profile.probability(self.range_for_profile(position), group);
         match &self.seen {
-            Some(seen) => probability * seen.probability(&self.pose, position),
+            Some(seen) => probability * seen.probability(position),
             None => probability,
         }
     }
 
     /// Whether it is known to see objects about a position, m.
     pub fn is_known_to_see(&self, position: [f64; 2]) -> bool {
-        self.seen.as_ref().is_none_or(|seen| seen.hold(&self.pose, position))
+        self.seen.as_ref().is_none_or(|seen| seen.hold(position))
     }
 
     /// Distance of a position (m) from the sensor, m.
