@@ -29,6 +29,7 @@ mod saved_state;
 mod silent_agents;
 mod sizes;
 mod smoothing;
+mod standing_headings;
 mod switches;
 mod unfit_headings;
 mod world;

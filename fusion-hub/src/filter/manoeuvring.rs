@@ -205,6 +205,10 @@ impl Filter for ImmState {
         self.motion.widen_position(variance);
     }
 
+    fn turn_to(&mut self, yaw: f64, variance: f64) {
+        self.motion.turn_to(yaw, variance);
+    }
+
     fn redirect(&mut self, course: &Course) {
         self.motion.redirect(course);
     }

@@ -129,6 +129,9 @@ pub trait Filter: Copy + Debug + PartialEq + Serialize + DeserializeOwned {
     /// Sets heading and speed to a course; what is correlated with them is not any more.
     fn redirect(&mut self, course: &Course);
 
+    /// Sets the heading (rad) with its variance (rad²); what is correlated with it is not any more.
+    fn turn_to(&mut self, yaw: f64, variance: f64);
+
     /// Sets the position with its covariance (m, m²); what is correlated with it is not any more.
     fn move_to(&mut self, position: [f64; 2], covariance: &Covariance2);
 

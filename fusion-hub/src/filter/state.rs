@@ -172,6 +172,10 @@ impl Filter for State {
         self.kinematic.pp.yy += variance;
     }
 
+    fn turn_to(&mut self, yaw: f64, variance: f64) {
+        self.heading = Heading { mean: yaw, variance };
+    }
+
     fn redirect(&mut self, course: &Course) {
         self.heading = Heading { mean: course.yaw, variance: course.yaw_variance };
     }

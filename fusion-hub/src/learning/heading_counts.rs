@@ -3,6 +3,9 @@
 //! The course is the way between two reports of one agent about one object, about a second apart: it needs no filter, and
 //! the agent's own error of position cancels. Where such differences of one object are alike after two seconds, errors of
 //! headings last, as those of boxes do that are fitted to the side that is seen: they do not average out over frames.
+//!
+//! What stands does not turn round: two reports of one agent about it differ by its errors alone. How much they do says nothing of
+//! errors that both have.
 
 use crate::values::HeadingLaw;
 use serde::{Deserialize, Serialize};
@@ -36,6 +39,12 @@ const CHANCE_SIGMAS: f64 = 2.5;
 /// Where it does not, [`HeadingLaw::PRESUMED_SHARE`] has the weight of so many pairs: one needs seconds of an object that
 /// drives, and errors that last are as harmful before they are found as after.
 const PRESUMED_PAIRS: f64 = 10.0;
+/// Of what stands: errors are as declared with the weight of so many pairs of reports, and until they are this many times the
+/// declared variance.
+const STANDING_PRIOR: f64 = 5.0;
+const BEYOND_DECLARED: f64 = 4.0;
+/// With less agreement of axes between two reports, chance decides about it.
+const LEAST_ALIKE: f64 = 0.05;
 /// Unit of sums: whole numbers add up to the same in any order.
 const UNITS: f64 = 4096.0;
 /// The same of squared angles, rad².
@@ -94,6 +103,12 @@ pub(super) struct HeadingCounts {
     pairs: f64,
     pair_squares: f64,
     products: f64,
+    /// Of what stands, pairs of reports: how many, how many with fronts at different ends, sum of the cosine of twice the difference,
+    /// and of the declared variances, rad².
+    standing: f64,
+    standing_reversed: f64,
+    standing_alike: f64,
+    standing_declared: f64,
 }
 
 impl HeadingCounts {
@@ -115,12 +130,28 @@ impl HeadingCounts {
         }
     }
 
+    /// Adds the difference of two reports' headings of an object that stands, rad, and the declared variance of each, rad².
+    pub(super) fn add_standing(&mut self, difference: f64, declared: f64) {
+        self.standing += 1.0;
+        self.standing_reversed += f64::from(u8::from(libm::cos(difference) < 0.0));
+        self.standing_alike += libm::round(libm::cos(2.0 * difference) * UNITS);
+        self.standing_declared += libm::round(declared * PAIR_UNITS);
+    }
+
     /// Lets what was counted fade.
     pub(super) fn scale(&mut self, factor: f64) {
         self.all *= factor;
         self.reversed *= factor;
         self.axis = self.axis.map(|sum| sum * factor);
-        for sum in [&mut self.pairs, &mut self.pair_squares, &mut self.products] {
+        for sum in [
+            &mut self.pairs,
+            &mut self.pair_squares,
+            &mut self.products,
+            &mut self.standing,
+            &mut self.standing_reversed,
+            &mut self.standing_alike,
+            &mut self.standing_declared,
+        ] {
             *sum *= factor;
         }
     }
@@ -129,7 +160,7 @@ impl HeadingCounts {
     pub(super) fn law(&self, is_described: bool) -> HeadingLaw {
         let [least, most] = LIMITS;
         let reversed = (self.reversed + PRIOR * PRIOR_REVERSED) / (self.all + PRIOR);
-        let reversed = reversed.clamp(least, most);
+        let reversed = reversed.max(self.reversed_at_least()).clamp(least, most);
         let [lasting, lasting_share] =
             if is_described { self.found_to_last() } else { self.presumed_to_last() };
         HeadingLaw::Mixture {
@@ -137,7 +168,24 @@ impl HeadingCounts {
             offset: self.offset(),
             lasting,
             lasting_share,
+            standing: self.standing_factor(),
         }
+    }
+
+    /// The share of headings that are turned by half a turn, by how often two reports of what stands differ by that: 2p(1 - p).
+    /// What is always turned does not show.
+    fn reversed_at_least(&self) -> f64 {
+        let differ = self.standing_reversed / (self.standing + PRIOR);
+        (1.0 - libm::sqrt((1.0 - 2.0 * differ).max(0.0))) / 2.0
+    }
+
+    /// How many times the declared variance that of the headings of what stands is; at least 1. Of two normal axes with the variance
+    /// σ² each, the mean of cos 2(a - b) is exp(-4σ²) (Mardia and Jupp 2000, section 3.5.7).
+    fn standing_factor(&self) -> f64 {
+        let alike = (self.standing_alike / UNITS + STANDING_PRIOR) / (self.standing + STANDING_PRIOR);
+        let found = -libm::log(alike.clamp(LEAST_ALIKE, 1.0)) / 4.0;
+        let declared = self.standing_declared / (PAIR_UNITS * self.standing.max(1.0));
+        if found > BEYOND_DECLARED * declared && declared > 0.0 { found / declared } else { 1.0 }
     }
 
     /// What is found to last, against the presumption that nothing does: variance, rad², and none of the declared one.

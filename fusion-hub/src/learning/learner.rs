@@ -242,10 +242,14 @@ impl Learner {
                 Report { at: item.captured_at, position, yaw: frame.model.headings.reported(held.yaw()) },
             );
         }
-        if let Some(displaced) = memory.displaced(place, Stood { at: item.captured_at, position })
+        let stood = Stood { at: item.captured_at, position, side: held.longer_side() };
+        if let Some(displaced) = memory.displaced(place, stood)
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.pose.add(item.captured_at, &displaced);
+            if let Some([turned, declared]) = displaced.turned {
+                known.headings.add_standing(turned, declared);
+            }
         }
         self.follow(memory, place, (frame, position), true);
         self.ask(memory, Some(place), (frame, position), true);

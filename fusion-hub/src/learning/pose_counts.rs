@@ -39,6 +39,8 @@ pub(super) struct Stood {
     pub(super) at: Timestamp,
     /// m.
     pub(super) position: [f64; 2],
+    /// Direction of its longer side, rad, and the declared variance of its heading, rad², where there is one.
+    pub(super) side: Option<[f32; 2]>,
 }
 
 /// How far an object that stands was displaced between two reports of one agent.
@@ -47,6 +49,8 @@ pub(super) struct Displaced {
     /// m.
     by: [f64; 2],
     after_s: f64,
+    /// By how much its heading was turned, rad, and the declared variance of each report, rad².
+    pub(super) turned: Option<[f64; 2]>,
 }
 
 impl Stood {
@@ -61,7 +65,10 @@ impl Stood {
         let after = self.at - before.at;
         let by = [self.position[0] - before.position[0], self.position[1] - before.position[1]];
         let is_near = libm::hypot(by[0], by[1]) <= MOST_DISPLACED_M;
-        (least <= after && after <= most && is_near).then(|| Displaced { by, after_s: after.as_secs_f64() })
+        let turned = before.side.zip(self.side).map(|([before, variance_before], [now, variance])| {
+            [f64::from(now - before), f64::from((variance_before + variance) / 2.0)]
+        });
+        (least <= after && after <= most && is_near).then(|| Displaced { by, after_s: after.as_secs_f64(), turned })
     }
 }
 
@@ -130,7 +137,7 @@ pub(super) struct PoseCounts {
 impl PoseCounts {
     /// Adds a displacement in a frame.
     pub(super) fn add(&mut self, at: Timestamp, displaced: &Displaced) {
-        let Displaced { by, after_s } = *displaced;
+        let Displaced { by, after_s, .. } = *displaced;
         let place = self.of_epoch.iter().position(|frame| frame.at == at).unwrap_or_else(|| {
             self.of_epoch.push(FrameSums { at, n: 0.0, by: [0.0; 2], squares: 0.0, after_s: 0.0 });
             self.of_epoch.len() - 1
@@ -208,7 +215,7 @@ mod tests {
             let at = Timestamp::EPOCH + Span::from_millis(1000 * i64::from(second));
             for (object, stood) in (0..).zip(&mut stood) {
                 let x = 10.0 * f64::from(object) + displaced(second, object);
-                if let Some(displaced) = (Stood { at, position: [x, x] }).compare(stood) {
+                if let Some(displaced) = (Stood { at, position: [x, x], side: None }).compare(stood) {
                     counts.add(at, &displaced);
                 }
             }
@@ -247,7 +254,7 @@ mod tests {
     #[test]
     fn another_object_is_no_displacement_and_frames_are_compared_once_a_turn() {
         let stood =
-            |ms: i64, x: f64| Stood { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0] };
+            |ms: i64, x: f64| Stood { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0], side: None };
         let mut earlier = None;
         assert_eq!(stood(100, 0.0).compare(&mut earlier), None);
         assert_eq!(stood(400, 0.0).compare(&mut earlier), None, "the same turn");

@@ -4,7 +4,6 @@ use super::classes::PublishedClasses;
 use crate::filter::{Estimate, Filter};
 use crate::track::{Contributors, Track};
 use crate::values::{AgentNames, ContributorLimit};
-use std::f64::consts::PI;
 use v2x_common::detection::{HeadingKind, MAX_SIGMA_M, MAX_SIGMA_YAW_RAD, MAX_SIZE_M};
 use v2x_common::fused::{FusedObject, KINEMATIC_DIAGONAL};
 use v2x_common::geometry::BevBox;
@@ -43,10 +42,9 @@ pub(super) fn fill<F: Filter>(
     object.kinematic_covariance = estimate.covariance;
     object.ww = estimate.width.variance;
     object.dd = estimate.depth.variance;
-    let (heading, reversed) = latest.orientation.heading();
+    let (heading, more) = latest.orientation.heading(latest.motion_class());
     object.heading = if estimate.heading.variance > UNKNOWN_BEYOND { HeadingKind::Unknown } else { heading };
-    // The expected square of the error if the front may be at the other end.
-    object.yaw_variance = estimate.heading.variance + PI * PI * reversed * (1.0 - reversed);
+    object.yaw_variance = estimate.heading.variance + more;
     object.existence = *existence;
     object.age = *at - latest.initiated_at;
     object.last_measured_at = *last_measured_at;

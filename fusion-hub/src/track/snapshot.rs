@@ -102,7 +102,7 @@ impl<F: Filter> Snapshot<F> {
         let at = frame.at;
         let (z, front_odds_ln) = match frame.model.headings {
             HeadingLaw::AsReported => (*z, 0.0),
-            HeadingLaw::Mixture { front_odds_ln, .. } => (first_read(z), front_odds_ln),
+            HeadingLaw::Mixture { front_odds_ln, .. } => (first_read(z, &frame.model.headings), front_odds_ln),
         };
         let z = &z;
         let probability = frame.model.profile.probability(0.0, z.class.group());
@@ -190,11 +190,11 @@ impl<F: Filter> Snapshot<F> {
         self.survive_to(frame.at);
         // Of each agent: others may report the object at the same time.
         let z = &Measurement { since_last_s: frame.model.interval_s, ..*z };
-        let HeadingLaw::Mixture { front_odds_ln, .. } = frame.model.headings else {
+        if frame.model.headings == HeadingLaw::AsReported {
             return Read::as_reported(z);
-        };
+        }
         let held = Held { state: &self.state, class: self.motion_class() };
-        let mut read = self.orientation.read(frame.at, z, &held, front_odds_ln);
+        let mut read = self.orientation.read(frame.at, z, &held, &frame.model.headings);
         if frame.model.headings.lasts() {
             let turn = Turn {
                 rate: self.state.turn_rate(),
@@ -207,6 +207,7 @@ impl<F: Filter> Snapshot<F> {
             Action::Nothing => {}
             Action::TurnRound => self.state.turn_round(),
             Action::Redirect(course) => self.state.redirect(&course),
+            Action::TurnTo(yaw, variance) => self.state.turn_to(yaw, variance),
         }
         read
     }

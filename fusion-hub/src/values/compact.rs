@@ -2,12 +2,16 @@
 
 use super::{Measurement, ScoreBand, ScoreEvidence, SizeLaw};
 use serde::{Deserialize, Serialize};
-use v2x_common::class::Class;
+use std::f32::consts::FRAC_PI_2;
+use v2x_common::class::{Class, ClassGroup};
 use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
 
 /// Correlations are cut by this share before they are rounded, so that no covariance becomes indefinite.
 const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
+
+/// The sides of a vehicle of which one is known to be longer differ by this ratio.
+const LONGER: f32 = 1.5;
 
 /// A measurement without its velocity. Variances, sizes and headings are held in single precision, six
 /// digits and more than any sensor's accuracy; positions are not.
@@ -135,6 +139,18 @@ impl CompactMeasurement {
     #[inline]
     pub fn yaw(&self) -> f64 {
         f64::from(self.yaw)
+    }
+
+    /// Direction of the longer side of a vehicle as its heading was reported, rad, and its declared variance, rad²: width and depth
+    /// may be exchanged. `None` where none was reported, and where the sides are nearly alike.
+    #[inline]
+    pub fn longer_side(&self) -> Option<[f32; 2]> {
+        let [w, d] = self.size;
+        let is_vehicle = matches!(self.class.group(), ClassGroup::FourWheeled | ClassGroup::Unknown);
+        if self.heading == HeadingKind::Unknown || !is_vehicle || w.max(d) < LONGER * w.min(d) {
+            return None;
+        }
+        Some([if w > d { self.yaw + FRAC_PI_2 } else { self.yaw }, self.yaw_variance])
     }
 
     /// Class as reported.

@@ -40,13 +40,21 @@ pub enum HeadingLaw {
         lasting: f64,
         /// Share of the declared variance that is presumed to last besides, in [0, 1].
         lasting_share: f64,
+        /// Of what stands: how many times the declared variance that of the headings is; at least 1.
+        standing: f64,
     },
 }
 
 impl HeadingLaw {
     /// Of an agent that nothing is known of: one heading in fifty is turned round.
     pub const UNKNOWN: Self =
-        Self::Mixture { front_odds_ln: LN_49, offset: 0.0, lasting: 0.0, lasting_share: 0.0 };
+        Self::Mixture {
+        front_odds_ln: LN_49,
+        offset: 0.0,
+        lasting: 0.0,
+        lasting_share: 0.0,
+        standing: 1.0,
+    };
 
     /// Share of the variance that is presumed to last where an agent does not describe its errors: boxes are fitted to the side
     /// that is seen (.35 to .79 on recorded data).
@@ -58,6 +66,7 @@ impl HeadingLaw {
         offset: 0.0,
         lasting: 0.0,
         lasting_share: Self::PRESUMED_SHARE,
+        standing: 1.0,
     };
 
     /// A heading (rad) as it was reported, before it was corrected.
@@ -65,6 +74,24 @@ impl HeadingLaw {
         match *self {
             Self::Mixture { offset, .. } => yaw + offset,
             Self::AsReported => yaw,
+        }
+    }
+
+    /// ln of the odds that a reported front is the front.
+    #[inline]
+    pub const fn front_odds_ln(&self) -> f64 {
+        match *self {
+            Self::Mixture { front_odds_ln, .. } => front_odds_ln,
+            Self::AsReported => 0.0,
+        }
+    }
+
+    /// How many times the declared variance that of the headings of what stands is.
+    #[inline]
+    pub const fn standing(&self) -> f64 {
+        match *self {
+            Self::Mixture { standing, .. } => standing,
+            Self::AsReported => 1.0,
         }
     }
 

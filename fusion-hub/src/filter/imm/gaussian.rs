@@ -238,10 +238,15 @@ impl<const N: usize, const T: usize> Gaussian<N, T> {
         }
     }
 
+    /// With a heading (rad) of this variance (rad²), correlated with nothing.
+    pub(super) fn turn_to(&mut self, yaw: f64, variance: f64) {
+        self.mean[YAW] = yaw;
+        self.set_alone(YAW, variance);
+    }
+
     /// With heading and speed of a course, correlated with nothing.
     pub(super) fn redirect(&mut self, course: &Course) {
-        self.mean[YAW] = course.yaw;
-        self.set_alone(YAW, course.yaw_variance);
+        self.turn_to(course.yaw, course.yaw_variance);
         if SPEED < N {
             self.mean[SPEED] = course.speed;
             self.set_alone(SPEED, course.speed_variance);

@@ -209,6 +209,14 @@ impl Imm {
         self.manoeuvre.widen_position(variance);
     }
 
+    /// Sets the heading (rad) with its variance (rad²); what is correlated with it is not any more.
+    pub fn turn_to(&mut self, yaw: f64, variance: f64) {
+        self.parked.turn_to(yaw, variance);
+        self.stopped.turn_to(yaw, variance);
+        self.smooth.turn_to(yaw, variance);
+        self.manoeuvre.turn_to(yaw, variance);
+    }
+
     /// Sets heading and speed to a course, and takes it for moving: half smooth, half manoeuvring.
     pub fn redirect(&mut self, course: &super::Course) {
         self.parked.redirect(course);

@@ -1,7 +1,7 @@
 //! The ways to read a heading that was reported: as it is, turned by half a turn, or by a quarter with width and depth exchanged.
 
 use crate::filter::Filter;
-use crate::values::Measurement;
+use crate::values::{HeadingLaw, Measurement};
 use std::f64::consts::{FRAC_PI_2, PI};
 use v2x_common::class::{Class, ClassGroup};
 use v2x_common::detection::HeadingKind;
@@ -17,6 +17,8 @@ const NEARLY_ALIKE: f64 = 1.0;
 const SIZE_CAP: f64 = 12.0;
 /// Variance of a heading of which nothing is known, rad².
 const UNKNOWN_VARIANCE: f64 = 9.0;
+/// Of reports with a larger one not even the axis is known: half of the variance of any axis, rad².
+pub(super) const NO_AXIS: f64 = PI * PI / 24.0;
 
 /// What the filter holds of an object.
 pub(in crate::track) struct Held<'a, F> {
@@ -88,7 +90,7 @@ fn is_four_wheeled(class: Class) -> bool {
 
 /// A first report: of a heading of which nothing is known, and of a vehicle that is clearly wider than long, which has
 /// width and depth exchanged.
-pub(in crate::track) fn first_read(z: &Measurement) -> Measurement {
+pub(in crate::track) fn first_read(z: &Measurement, headings: &HeadingLaw) -> Measurement {
     if z.heading == HeadingKind::Unknown {
         return Measurement { yaw_variance: z.yaw_variance.max(UNKNOWN_VARIANCE), ..*z };
     }
@@ -98,7 +100,11 @@ pub(in crate::track) fn first_read(z: &Measurement) -> Measurement {
     if z.class.group() == ClassGroup::FourWheeled && libm::log(w / d) > limit {
         return Measurement { yaw: wrap_angle(z.yaw + FRAC_PI_2), ..z.exchanged() };
     }
-    *z
+    // Whether it stands is not known yet.
+    let standing = z.yaw_variance * headings.standing();
+    let is_worthless = headings.standing() > 1.0 && standing > NO_AXIS;
+    let yaw_variance = if is_worthless { UNKNOWN_VARIANCE.max(z.yaw_variance) } else { standing };
+    Measurement { yaw_variance, ..*z }
 }
 
 /// Every number, for [`crate::parameters`].

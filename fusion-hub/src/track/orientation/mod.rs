@@ -5,13 +5,15 @@
 //! is decided apart, by what agents report and by the motion. The course of the motion is that of a filter of positions
 //! alone: where reported headings contradict it for long, they do not count any more, and heading never overrules positions.
 
+mod contradiction;
 mod hypotheses;
 
 pub(super) use hypotheses::{Held, first_read};
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
-use crate::values::{ExpectedPlace, Measurement, PositionInnovation};
-use hypotheses::{Hypothesis, NEAR, choose, taken};
+use crate::values::{ExpectedPlace, HeadingLaw, Measurement, PositionInnovation};
+use contradiction::{Beside, Contradiction, Verdict};
+use hypotheses::{Hypothesis, NEAR, NO_AXIS, choose, taken};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use v2x_common::class::{Class, ClassGroup};
@@ -59,6 +61,8 @@ const TURN_ROUND: f64 = -1.0;
 const CONFLICT_KEPT: f32 = 0.98;
 /// Reversed reports, each counting less with every later one, from which on the front may be undecided.
 const IN_CONFLICT: f32 = 1.5;
+/// Where the front is known less, ln odds, every report that leaves it open counts in full.
+const LEAST_FRONT: f64 = 0.5;
 /// ln odds by motion from which on the front is decided.
 const DECIDED: f64 = 3.0;
 
@@ -102,6 +106,8 @@ pub struct Orientation {
     unreliable: f32,
     /// How much better positions alone have predicted positions of late than the filter, ln; at least 0.
     doubt: f32,
+    /// How far its reported headings contradict each other while it stands.
+    contradiction: Contradiction,
 }
 
 /// What a report does to the filter.
@@ -134,6 +140,8 @@ pub(super) enum Action {
     TurnRound,
     /// It is set to its course.
     Redirect(Course),
+    /// It stands and has this heading, with this variance, rad and rad².
+    TurnTo(f64, f64),
 }
 
 /// Where an object is and moves by positions alone.
@@ -158,16 +166,17 @@ impl Orientation {
             conflict: if is_known { 0.0 } else { 2.0 * IN_CONFLICT },
             unreliable: single(-MOST_UNRELIABLE),
             doubt: 0.0,
+            contradiction: Contradiction::initial(z.yaw_variance),
         }
     }
 
-    /// Reads a report of an object by an agent whose fronts are right with these odds.
+    /// Reads a report of an object by an agent whose headings err like this.
     pub(super) fn read<F: Filter>(
         &mut self,
         at: Timestamp,
         z: &Measurement,
         held: &Held<'_, F>,
-        front_odds_ln: f64,
+        headings: &HeadingLaw,
     ) -> Read {
         let dt_s = (at - self.at).as_secs_f64();
         self.at = at;
@@ -194,7 +203,7 @@ impl Orientation {
             let z = self.without_heading(z, course.as_ref());
             return Read { z, first: Action::Nothing, by_positions, discount: 0.0 };
         }
-        let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { front_odds_ln };
+        let odds_ln = if z.heading == HeadingKind::Axis { 0.0 } else { headings.front_odds_ln() };
         let chosen = choose(z, held, odds_ln);
         let was_unreliable = self.unreliable > 0.0;
         let is_odd = chosen.cost > NEAR && axis_difference(chosen.yaw, held.state.heading().0).abs() > ODD;
@@ -214,12 +223,26 @@ impl Orientation {
             self.weigh_motion(held, course, since_s);
         }
         let mut z = taken(z, &chosen);
+        let mut first = Action::Nothing;
+        if !self.moves(held.class) {
+            let (front, variance) = held.state.heading();
+            let times = headings.standing();
+            let off = axis_difference(z.yaw, front);
+            let verdict = self.contradiction.note(&Beside { off, declared: z.yaw_variance, own: variance, times });
+            z.yaw_variance *= times;
+            if verdict != Verdict::Counts || (times > 1.0 && z.yaw_variance > NO_AXIS) {
+                z.yaw_variance = NO_REPORT_VARIANCE;
+            }
+            if let Verdict::TurnsBy(turn, variance) = verdict {
+                first = Action::TurnTo(wrap_angle(front + turn), variance);
+            }
+        }
         if is_odd && course.as_ref().is_some_and(|course| is_worse(&z, held.state.heading().0, course)) {
             // Of several agents one may err for good: the others' headings stay.
             z.yaw_variance = NO_REPORT_VARIANCE;
         }
-        let mut read = Read { z, first: Action::Nothing, by_positions, discount: 0.0 };
-        if f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
+        let mut read = Read { z, first, by_positions, discount: 0.0 };
+        if first == Action::Nothing && f64::from(self.by_reports + self.by_motion) < TURN_ROUND {
             self.by_reports = -self.by_reports;
             self.by_motion = -self.by_motion;
             read.z.yaw = wrap_angle(read.z.yaw + PI);
@@ -293,9 +316,15 @@ impl Orientation {
 
     /// The course, where an object of a class moves for certain.
     fn course(&self, class: Class) -> Option<Course> {
-        let variance = self.path.vv.xx.max(self.path.vv.yy);
+        self.moves(class).then(|| self.any_course(0.0)).flatten()
+    }
+
+    /// Whether an object of a class moves for certain, by positions alone.
+    fn moves(&self, class: Class) -> bool {
+        let [vx, vy] = self.path.velocity;
         let least_mps = LEAST_SPEED_MPS[usize::from(walks(class))];
-        self.any_course(least_mps.max(LEAST_SPEED_SIGMAS * libm::sqrt(variance)))
+        let variance = self.path.vv.xx.max(self.path.vv.yy);
+        vx * vx + vy * vy > (least_mps * least_mps).max(LEAST_SPEED_SIGMAS * LEAST_SPEED_SIGMAS * variance)
     }
 
     /// The course from a speed on, m/s.
@@ -346,7 +375,9 @@ impl Orientation {
         let most = odds_ln.abs().max(before.abs());
         self.by_reports = single((before + for_front).clamp(-most, most));
         let is_open = chosen.is_reversed || odds_ln == 0.0;
-        self.conflict = CONFLICT_KEPT * self.conflict + f32::from(u8::from(is_open));
+        // Against a better agent, it is no conflict.
+        let against = if is_open { (odds_ln.abs().max(LEAST_FRONT) / before.abs().max(LEAST_FRONT)).min(1.0) } else { 0.0 };
+        self.conflict = CONFLICT_KEPT * self.conflict + single(against * against);
     }
 
     /// Holds the front against the course.
@@ -365,8 +396,17 @@ impl Orientation {
         self.by_motion = single(by_motion.clamp(-MOST_BY_MOTION, MOST_BY_MOTION));
     }
 
-    /// What is known of the heading, and the probability that the front is at the other end.
-    pub fn heading(&self) -> (HeadingKind, f64) {
+    /// What is known of the heading, and its variance beyond that of the filter, rad².
+    pub fn heading(&self, class: Class) -> (HeadingKind, f64) {
+        let contradiction = if !self.moves(class) { self.contradiction.variance() } else { 0.0 };
+        let (kind, reversed) = self.front();
+        let kind = if contradiction > NO_AXIS { HeadingKind::Unknown } else { kind };
+        // The expected square of the error if the front may be at the other end.
+        (kind, contradiction + PI * PI * reversed * (1.0 - reversed))
+    }
+
+    /// What is known of the front, and the probability that it is at the other end.
+    fn front(&self) -> (HeadingKind, f64) {
         let front = f64::from(self.by_reports + self.by_motion);
         // Where reports contradict each other, only motion decides.
         if self.conflict <= IN_CONFLICT || f64::from(self.by_motion) >= DECIDED {
