@@ -24,7 +24,7 @@ const MEMORY_S: f64 = 120.0;
 const RECENT_S: f64 = 5.0;
 /// A frame is read by what had been learnt so long before Δmax before its capture: maintenance is not immediate, and clocks
 /// of agents may be a little ahead.
-const SETTLED: Span = Span::from_millis(500);
+pub(super) const SETTLED: Span = Span::from_millis(500);
 /// An agent is known well by so many frames of objects.
 const KNOWN_WELL_FRAMES: f64 = 2000.0;
 /// An agent that has not detected anything for so long may be dead.
@@ -54,6 +54,8 @@ pub(super) struct AgentLearning {
     pub(super) scores: ScoreCounts,
     pub(super) innovations: InnovationCounts,
     pub(super) pose: PoseCounts,
+    /// Whether its pose was ever found to wander.
+    has_wandered: bool,
     /// When it last detected anything.
     pub(super) detected_at: Option<Timestamp>,
     /// What was learnt by the begin of an epoch, in order.
@@ -140,9 +142,16 @@ impl AgentLearning {
         self.is_described && !self.counts.contradict(self.prior.probability)
     }
 
+    /// Whether its pose is found to wander for the first time: what the tracks made of its reports until then is in what is known of
+    /// all others.
+    pub(super) fn begins_to_wander(&mut self) -> bool {
+        let wanders = !self.has_wandered && self.pose.variance() > 0.0;
+        self.has_wandered |= wanders;
+        wanders
+    }
+
     /// Notes what is learnt by the begin of an epoch, and forgets what no frame is read by any more.
     pub(super) fn settle(&mut self, by: Epoch, delta_max: Span) {
-        self.pose.settle();
         let reach_bin = self.statistics.reach_m().map_or(RANGE_BINS, range_bin);
         let holds = self.declared_holds();
         let learnt = LearntSensor {

@@ -1,11 +1,11 @@
 //! Learns from the tracks, epoch after epoch.
 
-use super::agent_learning::{AgentLearning, settled_before};
+use super::agent_learning::{AgentLearning, SETTLED, settled_before};
 use super::detection_counts::{Opportunity, ProfilePrior};
 use super::epoch::Epoch;
 use super::heading_counts::Report;
-use super::innovation_counts::Innovation;
-use super::pose_counts::Stood;
+use super::innovation_counts::{Innovation, InnovationCounts};
+use super::pose_counts::{Displaced, SCALES, Stood};
 use super::reading::{FrameReading, Prior};
 use super::report::LearntSensorReport;
 use super::score_counts::{Scored, Witness};
@@ -31,6 +31,8 @@ const REAL_CHECKED_EVERY: i64 = 16;
 const INNOVATIONS_EVERY: i64 = 32;
 /// Where all agents of an epoch are known well, one epoch in so many is learnt from, of each track another one.
 const SAMPLED_EVERY: i64 = 4;
+/// Tracks that followed an agent whose pose wanders are where others see them so long after that is known.
+const RECOVERS_IN: Span = Span::from_millis(3000);
 /// An object counts as missed where it is inside of the view by this much, m.
 const VIEW_MARGIN_M: f64 = 2.0;
 
@@ -46,6 +48,8 @@ pub(crate) struct Learner {
     next: Option<Epoch>,
     /// Whether every agent of the epoch is known well.
     knows_all_well: bool,
+    /// Innovations of earlier reports say nothing of them: the tracks followed an agent whose pose was not known to wander.
+    innovations_from: Timestamp,
 }
 
 /// A frame of an agent, as far as it decides how the frame is read.
@@ -59,7 +63,14 @@ pub(crate) struct FrameSource<'a> {
 
 impl Learner {
     pub(crate) const fn new(delta_max: Span) -> Self {
-        Self { delta_max, agents: Vec::new(), tracks: Vec::new(), next: None, knows_all_well: false }
+        Self {
+            delta_max,
+            agents: Vec::new(),
+            tracks: Vec::new(),
+            next: None,
+            knows_all_well: false,
+            innovations_from: Timestamp::MIN,
+        }
     }
 
     /// How a frame is read.
@@ -169,6 +180,15 @@ impl Learner {
         for track in tracks.iter().filter(|track| track.holders.leads()) {
             self.learn_from(epoch, track, context);
         }
+        let mut begins_to_wander = false;
+        for agent in &mut self.agents {
+            agent.pose.settle();
+            begins_to_wander |= agent.begins_to_wander();
+        }
+        if begins_to_wander {
+            self.innovations_from = end + self.delta_max + SETTLED + RECOVERS_IN;
+            self.agents.iter_mut().for_each(|agent| agent.innovations = InnovationCounts::default());
+        }
         for agent in &mut self.agents {
             agent.settle(epoch.next(), self.delta_max);
         }
@@ -243,11 +263,12 @@ impl Learner {
             );
         }
         let stood = Stood { at: item.captured_at, position, side: held.longer_side() };
-        if let Some(displaced) = memory.displaced(place, stood)
+        let displaced = memory.displaced(place, stood);
+        if displaced != [None; SCALES]
             && let Some(known) = self.agents.get_mut(frame.agent.index())
         {
             known.pose.add(item.captured_at, &displaced);
-            if let Some([turned, declared]) = displaced.turned {
+            if let [Some(Displaced { turned: Some([turned, declared]), .. }), _] = displaced {
                 known.headings.add_standing(turned, declared);
             }
         }
@@ -321,6 +342,9 @@ impl Learner {
         context: &TrackContext<'_>,
     ) {
         let at = item.captured_at;
+        if at < self.innovations_from {
+            return;
+        }
         let frame = context.frames.get(item.frame);
         let Some(z) = context.frames.measurement(item) else { return };
         let state = before.state_at(at, context.synchronous);

@@ -1,24 +1,34 @@
 //! Whether an agent's pose wanders: then what stands moves in its reports, all of it at once.
 //!
-//! An agent alone shows it, by two of its own frames about half a second apart: what other agents report, or what the tracks make of
-//! all of them, does not enter. Noise of single objects cancels in the products of the displacements of different ones. What goes on
-//! at a constant speed, as people do who walk one way, has the same displacements a while before: these products are taken away.
+//! An agent alone shows it, by two of its own frames: what the tracks make of all reports does not enter. Noise of single objects
+//! cancels in the products of the displacements of different ones. What creeps all one way moves in the reports of others, too: the
+//! products with those are taken away. Where nobody else sees it, what goes on at a constant speed has the same displacements a
+//! while before, and these are.
+//!
+//! Frames half a second apart show a pose that trembles, frames two seconds apart one that drifts.
 
 use crate::values::PoseErrors;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use v2x_common::time::{Span, Timestamp};
 
-/// The first frames of half seconds are compared, each with the one before: the same ones for all objects.
-const TURN: Span = Span::from_millis(500);
+/// Two kinds of pairs of frames.
+pub(super) const SCALES: usize = 2;
+/// The first frames of half or whole pairs of seconds are compared, each with the one before: the same ones for all objects.
+const TURNS: [Span; SCALES] = [Span::from_millis(500), Span::from_millis(2000)];
 /// With no less and no more between them.
-const APART: [Span; 2] = [Span::from_millis(200), Span::from_millis(3000)];
+const APART: [[Span; 2]; SCALES] =
+    [[Span::from_millis(200), Span::from_millis(3000)], [Span::from_millis(1000), Span::from_millis(6000)]];
+/// What other agents saw of an object so long before counts for the same time.
+const BESIDE: [Span; SCALES] = [Span::from_millis(1000), Span::from_millis(4000)];
+/// In an agent's own frames two seconds apart, what stands moves by less, m/s.
+const STANDS_BELOW_MPS: f64 = 0.4;
 /// Further than this nothing that stands is displaced, m: it is another object.
 const MOST_DISPLACED_M: f64 = 4.0;
 /// So many objects of a frame show what they have in common.
 const LEAST_OBJECTS: f64 = 4.0;
 /// And so many frames that it is not chance, by so many standard deviations of their mean.
-const LEAST_FRAMES: f64 = 10.0;
+const LEAST_FRAMES: [f64; SCALES] = [10.0, 6.0];
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Below this nothing is corrected, m.
 const LEAST_SIGMA_M: f64 = 0.2;
@@ -51,24 +61,88 @@ pub(super) struct Displaced {
     after_s: f64,
     /// By how much its heading was turned, rad, and the declared variance of each report, rad².
     pub(super) turned: Option<[f64; 2]>,
+    /// How far it was in the mean of what other agents report, for the same time, m.
+    by_others: Option<[f64; 2]>,
+}
+
+/// How fast an object moved between two reports of one agent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Moved {
+    at: Timestamp,
+    /// m/s.
+    velocity: [f32; 2],
+}
+
+/// What is kept of an agent's reports of one object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Standing {
+    stood: [Option<Stood>; SCALES],
+    moved: [Option<Moved>; SCALES],
+}
+
+impl Standing {
+    /// Takes in a report: how far the object was displaced since the report that it is compared with, on each scale.
+    pub(super) fn take_in(&mut self, report: Stood) -> [Option<Displaced>; SCALES] {
+        std::array::from_fn(|scale| {
+            let displaced = report.compare(&mut self.stood[scale], scale)?;
+            self.moved[scale] = Some(Moved { at: report.at, velocity: displaced.velocity() });
+            Some(displaced)
+        })
+    }
+
+    /// Whether the object stands by these reports alone.
+    pub(super) fn says_that_it_stands(&self) -> bool {
+        let slow = self.moved[SCALES - 1];
+        slow.is_some_and(|Moved { velocity: [x, y], .. }| f64::from(libm::hypotf(x, y)) < STANDS_BELOW_MPS)
+    }
+}
+
+impl Displaced {
+    #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
+    fn velocity(&self) -> [f32; 2] {
+        self.by.map(|axis| (axis / self.after_s) as f32)
+    }
+
+    /// Notes what others saw of the same object on a scale by about the same time.
+    pub(super) fn beside<'a>(
+        &mut self,
+        at: Timestamp,
+        scale: usize,
+        others: impl Iterator<Item = &'a Standing>,
+    ) {
+        let (mut sum, mut n) = ([0.0; 2], 0.0);
+        for Moved { velocity, .. } in others
+            .filter_map(|other| other.moved[scale])
+            .filter(|other| (at - other.at).abs() < BESIDE[scale])
+        {
+            sum = [sum[0] + f64::from(velocity[0]), sum[1] + f64::from(velocity[1])];
+            n += 1.0;
+        }
+        self.by_others = (n > 0.0).then(|| sum.map(|axis| axis / n * self.after_s));
+    }
 }
 
 impl Stood {
-    /// Compares a report with that of the half second before, whose place it takes.
-    pub(super) fn compare(self, earlier: &mut Option<Self>) -> Option<Displaced> {
-        let turn = |at: Timestamp| at.as_nanos().div_euclid(TURN.as_nanos());
+    /// Compares a report with that of the turn before, whose place it takes.
+    fn compare(self, earlier: &mut Option<Self>, scale: usize) -> Option<Displaced> {
+        let turn = |at: Timestamp| at.as_nanos().div_euclid(TURNS[scale].as_nanos());
         if earlier.is_some_and(|earlier| turn(earlier.at) == turn(self.at)) {
             return None;
         }
         let before = earlier.replace(self)?;
-        let [least, most] = APART;
+        let [least, most] = APART[scale];
         let after = self.at - before.at;
         let by = [self.position[0] - before.position[0], self.position[1] - before.position[1]];
         let is_near = libm::hypot(by[0], by[1]) <= MOST_DISPLACED_M;
         let turned = before.side.zip(self.side).map(|([before, variance_before], [now, variance])| {
             [f64::from(now - before), f64::from((variance_before + variance) / 2.0)]
         });
-        (least <= after && after <= most && is_near).then(|| Displaced { by, after_s: after.as_secs_f64(), turned })
+        (least <= after && after <= most && is_near).then(|| Displaced {
+            by,
+            after_s: after.as_secs_f64(),
+            turned,
+            by_others: None,
+        })
     }
 }
 
@@ -80,9 +154,26 @@ struct FrameSums {
     by: [f64; 2],
     squares: f64,
     after_s: f64,
+    /// Of those that others report, too: how many, and both displacements.
+    n_shared: f64,
+    by_shared: [f64; 2],
+    by_others: [f64; 2],
 }
 
 impl FrameSums {
+    fn at(at: Timestamp) -> Self {
+        Self {
+            at,
+            n: 0.0,
+            by: [0.0; 2],
+            squares: 0.0,
+            after_s: 0.0,
+            n_shared: 0.0,
+            by_shared: [0.0; 2],
+            by_others: [0.0; 2],
+        }
+    }
+
     /// The mean displacement.
     fn common(&self) -> Common {
         Common { at: self.at, by: self.by.map(|axis| axis / (UNITS * self.n)) }
@@ -91,15 +182,28 @@ impl FrameSums {
     /// Variance along an axis that the displacements have in common, m², as that of the pose, beyond what goes on as before; below 0
     /// by chance.
     fn variance(&self, before: &VecDeque<Common>) -> Option<f64> {
-        let Self { n, by: [x, y], squares, after_s, at } = *self;
+        let Self { n, by: [x, y], squares, after_s, .. } = *self;
         if n < LEAST_OBJECTS {
             return None;
         }
         let after_s = after_s / (UNITS * n);
         let products = ((x * x + y * y) / UNITS - squares) / (UNITS * n * (n - 1.0));
+        let as_elsewhere = self.as_others_see().or_else(|| self.as_before(after_s, before))?;
+        Some(PoseErrors::by_displacement((products - as_elsewhere) / 2.0, after_s))
+    }
+
+    /// Product of the mean displacement with that which other agents see, m².
+    fn as_others_see(&self) -> Option<f64> {
+        let Self { n_shared, by_shared: [x, y], by_others: [other_x, other_y], .. } = *self;
+        let unit = UNITS * n_shared;
+        (n_shared >= LEAST_OBJECTS).then(|| (x * other_x + y * other_y) / (unit * unit))
+    }
+
+    /// The same with that of a while before.
+    fn as_before(&self, after_s: f64, before: &VecDeque<Common>) -> Option<f64> {
         let (mut going_on, mut n_before) = ([0.0; 2], 0.0);
         for one in before {
-            let age = at - one.at;
+            let age = self.at - one.at;
             if age <= BEFORE && age.as_secs_f64() >= BEFORE_FROM * after_s {
                 going_on = [going_on[0] + one.by[0], going_on[1] + one.by[1]];
                 n_before += 1.0;
@@ -109,8 +213,7 @@ impl FrameSums {
             return None;
         }
         let [now_x, now_y] = self.common().by;
-        let as_before = (now_x * going_on[0] + now_y * going_on[1]) / n_before;
-        Some(PoseErrors::by_displacement((products - as_before) / 2.0, after_s))
+        Some((now_x * going_on[0] + now_y * going_on[1]) / n_before)
     }
 }
 
@@ -125,6 +228,39 @@ struct Common {
 /// What the frames of one agent show of its pose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct PoseCounts {
+    scales: [ScaleCounts; SCALES],
+}
+
+impl PoseCounts {
+    /// Adds displacements in a frame.
+    pub(super) fn add(&mut self, at: Timestamp, displaced: &[Option<Displaced>; SCALES]) {
+        for (counts, displaced) in self.scales.iter_mut().zip(displaced) {
+            if let Some(displaced) = displaced {
+                counts.add(at, displaced);
+            }
+        }
+    }
+
+    /// At the end of an epoch, counts its frames.
+    pub(super) fn settle(&mut self) {
+        self.scales.iter_mut().for_each(ScaleCounts::settle);
+    }
+
+    /// Lets what was counted fade.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.scales.iter_mut().for_each(|counts| counts.scale(factor));
+    }
+
+    /// Variance of the position of the pose along an axis, m²; 0 where none is significant.
+    pub(super) fn variance(&self) -> f64 {
+        let of_scales = self.scales.iter().zip(LEAST_FRAMES);
+        of_scales.map(|(counts, least)| counts.variance(least)).fold(0.0, f64::max)
+    }
+}
+
+/// The same by one kind of pairs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct ScaleCounts {
     /// Of this epoch.
     of_epoch: Vec<FrameSums>,
     /// Frames before, in order.
@@ -134,12 +270,12 @@ pub(super) struct PoseCounts {
     squares: f64,
 }
 
-impl PoseCounts {
+impl ScaleCounts {
     /// Adds a displacement in a frame.
-    pub(super) fn add(&mut self, at: Timestamp, displaced: &Displaced) {
-        let Displaced { by, after_s, .. } = *displaced;
+    fn add(&mut self, at: Timestamp, displaced: &Displaced) {
+        let Displaced { by, after_s, by_others, .. } = *displaced;
         let place = self.of_epoch.iter().position(|frame| frame.at == at).unwrap_or_else(|| {
-            self.of_epoch.push(FrameSums { at, n: 0.0, by: [0.0; 2], squares: 0.0, after_s: 0.0 });
+            self.of_epoch.push(FrameSums::at(at));
             self.of_epoch.len() - 1
         });
         let frame = &mut self.of_epoch[place];
@@ -148,10 +284,17 @@ impl PoseCounts {
         frame.by[1] += libm::round(by[1] * UNITS);
         frame.squares += libm::round((by[0] * by[0] + by[1] * by[1]) * UNITS);
         frame.after_s += libm::round(after_s * UNITS);
+        if let Some(by_others) = by_others {
+            frame.n_shared += 1.0;
+            for axis in [0, 1] {
+                frame.by_shared[axis] += libm::round(by[axis] * UNITS);
+                frame.by_others[axis] += libm::round(by_others[axis] * UNITS);
+            }
+        }
     }
 
     /// At the end of an epoch, counts its frames.
-    pub(super) fn settle(&mut self) {
+    fn settle(&mut self) {
         self.of_epoch.sort_by_key(|frame| frame.at);
         for frame in self.of_epoch.drain(..) {
             let variance = frame.variance(&self.before);
@@ -171,15 +314,15 @@ impl PoseCounts {
     }
 
     /// Lets what was counted fade.
-    pub(super) fn scale(&mut self, factor: f64) {
+    fn scale(&mut self, factor: f64) {
         for sum in [&mut self.frames, &mut self.variances, &mut self.squares] {
             *sum *= factor;
         }
     }
 
     /// Variance of the position of the pose along an axis, m²; 0 where none is significant.
-    pub(super) fn variance(&self) -> f64 {
-        if self.frames < LEAST_FRAMES {
+    fn variance(&self, least_frames: f64) -> f64 {
+        if self.frames < least_frames {
             return 0.0;
         }
         let mean = self.variances / (UNITS * self.frames);
@@ -195,9 +338,9 @@ pub(super) fn listed() -> (&'static str, String) {
     (
         "learning.pose",
         format!(
-            "{} to {} s apart, {LEAST_OBJECTS} objects, {LEAST_FRAMES} frames, {SIGNIFICANT_SIGMAS} sigma, from {LEAST_SIGMA_M} m on, displaced by {MOST_DISPLACED_M} m at most, beyond {LEAST_BEFORE} to {MOST_BEFORE} frames of {} s before, from {BEFORE_FROM} of them on",
-            APART[0].as_secs_f64(),
-            APART[1].as_secs_f64(),
+            "{:?} s apart, {LEAST_OBJECTS} objects, {LEAST_FRAMES:?} frames, {SIGNIFICANT_SIGMAS} sigma, from {LEAST_SIGMA_M} m on, displaced by {MOST_DISPLACED_M} m at most, beyond what others see within {:?} s or {LEAST_BEFORE} to {MOST_BEFORE} frames of {} s before, from {BEFORE_FROM} of them on, stands below {STANDS_BELOW_MPS} m/s",
+            APART.map(|apart| apart.map(Span::as_secs_f64)),
+            BESIDE.map(Span::as_secs_f64),
             BEFORE.as_secs_f64()
         ),
     )
@@ -253,8 +396,11 @@ mod tests {
 
     #[test]
     fn another_object_is_no_displacement_and_frames_are_compared_once_a_turn() {
-        let stood =
-            |ms: i64, x: f64| Stood { at: Timestamp::EPOCH + Span::from_millis(ms), position: [x, 0.0], side: None };
+        let stood = |ms: i64, x: f64| Stood {
+            at: Timestamp::EPOCH + Span::from_millis(ms),
+            position: [x, 0.0],
+            side: None,
+        };
         let mut earlier = None;
         assert_eq!(stood(100, 0.0).compare(&mut earlier), None);
         assert_eq!(stood(400, 0.0).compare(&mut earlier), None, "the same turn");

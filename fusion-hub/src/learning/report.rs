@@ -250,8 +250,13 @@ mod tests {
 
     #[test]
     fn what_is_learnt_is_reported_in_words_beside_what_is_declared() {
-        let turned =
-            HeadingLaw::Mixture { front_odds_ln: 0.0, offset: 0.5, lasting: 0.01, lasting_share: 0.0, standing: 1.0 };
+        let turned = HeadingLaw::Mixture {
+            front_odds_ln: 0.0,
+            offset: 0.5,
+            lasting: 0.01,
+            lasting_share: 0.0,
+            standing: 1.0,
+        };
         let declared = SensorDescription {
             revision: 1,
             kind: SensorKind::Vehicle,

@@ -4,7 +4,7 @@ use super::class_counts::LastClasses;
 use super::detection_counts::Opportunity;
 use super::heading_counts::{Difference, Report, compare, is_due};
 use super::innovation_counts::LastInnovation;
-use super::pose_counts::{Displaced, Stood};
+use super::pose_counts::{Displaced, SCALES, Standing, Stood};
 use super::score_counts::{ELSEWHERE_M, Scored, Witness};
 use crate::values::{AgentSlot, ScoreBand};
 use serde::{Deserialize, Serialize};
@@ -70,8 +70,8 @@ struct AgentMemory {
     seen_from: Option<[f32; 2]>,
     /// A report that a later one is to be compared with.
     report: Option<Report>,
-    /// Where it was in its report of half a second ago.
-    stood: Option<Stood>,
+    /// Where it was in its reports before.
+    standing: Standing,
     /// How the axes of the last two reports that were compared differ from the course, the newer one last.
     differences: [Option<f64>; 2],
     /// Its last innovation.
@@ -179,10 +179,24 @@ impl TrackMemory {
         Some(Compared { heading, pair: before.map(|before| [before, axis]) })
     }
 
-    /// How far a report of the agent at a place is from that of half a second before, where the object stands.
-    pub(super) fn displaced(&mut self, place: usize, report: Stood) -> Option<Displaced> {
-        let displaced = report.compare(&mut self.by_agent[place].stood);
-        displaced.filter(|_| self.stands && self.counts())
+    /// How far a report of the agent at a place is from those before, on each scale, where the object stands: by the track, or by
+    /// the reports of one agent alone.
+    pub(super) fn displaced(&mut self, place: usize, report: Stood) -> [Option<Displaced>; SCALES] {
+        let mut displaced = self.by_agent[place].standing.take_in(report);
+        if displaced.iter().all(Option::is_none) {
+            return displaced;
+        }
+        let stands = self.stands || self.by_agent.iter().any(|known| known.standing.says_that_it_stands());
+        if !stands || !self.counts() {
+            return [None; SCALES];
+        }
+        let others = || self.by_agent.iter().enumerate().filter(|(other, _)| *other != place);
+        for (scale, displaced) in displaced.iter_mut().enumerate() {
+            if let Some(displaced) = displaced {
+                displaced.beside(report.at, scale, others().map(|(_, other)| &other.standing));
+            }
+        }
+        displaced
     }
 
     /// The agent's last innovation.

@@ -102,7 +102,9 @@ impl<F: Filter> Snapshot<F> {
         let at = frame.at;
         let (z, front_odds_ln) = match frame.model.headings {
             HeadingLaw::AsReported => (*z, 0.0),
-            HeadingLaw::Mixture { front_odds_ln, .. } => (first_read(z, &frame.model.headings), front_odds_ln),
+            HeadingLaw::Mixture { front_odds_ln, .. } => {
+                (first_read(z, &frame.model.headings), front_odds_ln)
+            }
         };
         let z = &z;
         let probability = frame.model.profile.probability(0.0, z.class.group());

@@ -48,13 +48,7 @@ pub enum HeadingLaw {
 impl HeadingLaw {
     /// Of an agent that nothing is known of: one heading in fifty is turned round.
     pub const UNKNOWN: Self =
-        Self::Mixture {
-        front_odds_ln: LN_49,
-        offset: 0.0,
-        lasting: 0.0,
-        lasting_share: 0.0,
-        standing: 1.0,
-    };
+        Self::Mixture { front_odds_ln: LN_49, offset: 0.0, lasting: 0.0, lasting_share: 0.0, standing: 1.0 };
 
     /// Share of the variance that is presumed to last where an agent does not describe its errors: boxes are fitted to the side
     /// that is seen (.35 to .79 on recorded data).

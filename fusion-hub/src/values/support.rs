@@ -16,6 +16,10 @@ const FORGOTTEN_AFTER_S: f32 = 3.0;
 /// each is less probable than [`MOST_PROBABILITY`]: there the mean of so many frames scatters more, and says less.
 const AVERAGED_OVER_S: f32 = 1.0;
 const AVERAGED_OVER_AT_MOST_S: f32 = 5.0;
+/// And over no less than so many times between its frames, of at most so long together: one frame in which a slow sensor misses an object
+/// says no more than one of a fast one does.
+const FRAMES_AT_LEAST: f32 = 3.0;
+const THESE_AT_MOST_S: f32 = 8.0;
 /// A false object is detected with this share of the probability of a real one.
 const GHOST_SHARE: f64 = 0.4;
 /// ln of a real object's share over that of a false one: what a detection is worth.
@@ -134,7 +138,8 @@ impl Support {
         }
         let dt_s = passed_s(known.at_ms, at_ms);
         if dt_s > 0.0 {
-            let held_s = known.observed_s.min(frame.averaged_over_s());
+            let over_s = frame.averaged_over_s().max((FRAMES_AT_LEAST * dt_s).min(THESE_AT_MOST_S));
+            let held_s = known.observed_s.min(over_s);
             known.mean += (evidence - known.mean) * (dt_s / (held_s + dt_s));
             known.observed_s += dt_s;
             known.at_ms = at_ms;
@@ -185,7 +190,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "support.averaged_over_s",
             format!(
-                "{AVERAGED_OVER_S}, without scores to {AVERAGED_OVER_AT_MOST_S} below a probability of {MOST_PROBABILITY}"
+                "{AVERAGED_OVER_S}, {FRAMES_AT_LEAST} frames within {THESE_AT_MOST_S}, without scores to {AVERAGED_OVER_AT_MOST_S} below a probability of {MOST_PROBABILITY}"
             ),
         ),
         ("support.ghost_share", GHOST_SHARE.to_string()),
@@ -250,6 +255,20 @@ mod tests {
         };
         assert!(after(true).is_for_a_real_object() && !after(false).is_for_a_real_object());
         assert!(!after(true).is_for_a_real_object_by_itself(), "nobody's trust rests on itself");
+    }
+
+    #[test]
+    fn a_single_miss_of_a_slow_sensor_does_not_hide_what_it_has_long_detected_and_a_few_do() {
+        let [a, _] = agents();
+        for seconds in [1, 2, 4] {
+            let mut support = Support::default();
+            let frame = |k: i64| could_hold(a, at(10 * seconds * k), 0.95);
+            (0..8).for_each(|k| support.note_detection(frame(k), ScoreEvidence::NONE));
+            support.note_missed(frame(8));
+            assert!(support.is_for_a_real_object(), "{seconds} s");
+            (9..12).for_each(|k| support.note_missed(frame(k)));
+            assert!(!support.is_for_a_real_object(), "{seconds} s");
+        }
     }
 
     #[test]

@@ -228,7 +228,8 @@ impl Orientation {
             let (front, variance) = held.state.heading();
             let times = headings.standing();
             let off = axis_difference(z.yaw, front);
-            let verdict = self.contradiction.note(&Beside { off, declared: z.yaw_variance, own: variance, times });
+            let verdict =
+                self.contradiction.note(&Beside { off, declared: z.yaw_variance, own: variance, times });
             z.yaw_variance *= times;
             if verdict != Verdict::Counts || (times > 1.0 && z.yaw_variance > NO_AXIS) {
                 z.yaw_variance = NO_REPORT_VARIANCE;
@@ -376,7 +377,11 @@ impl Orientation {
         self.by_reports = single((before + for_front).clamp(-most, most));
         let is_open = chosen.is_reversed || odds_ln == 0.0;
         // Against a better agent, it is no conflict.
-        let against = if is_open { (odds_ln.abs().max(LEAST_FRONT) / before.abs().max(LEAST_FRONT)).min(1.0) } else { 0.0 };
+        let against = if is_open {
+            (odds_ln.abs().max(LEAST_FRONT) / before.abs().max(LEAST_FRONT)).min(1.0)
+        } else {
+            0.0
+        };
         self.conflict = CONFLICT_KEPT * self.conflict + single(against * against);
     }
 
