@@ -4,10 +4,10 @@
 //! comes from; a test holds the code against the newest one. A change of a number needs a new dated file.
 
 /// Date of the numbers in use.
-pub const DATE: &str = "2026-12-01";
+pub const DATE: &str = "2026-12-01b";
 
 /// The dated file.
-pub const FILE: &str = include_str!("../parameters/2026-12-01.txt");
+pub const FILE: &str = include_str!("../parameters/2026-12-01b.txt");
 
 #[cfg(test)]
 mod tests {

@@ -234,6 +234,12 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
             format!("{LEAST_OFFSET} rad after {LEAST_COMPARISONS}, agreement {LEAST_AGREEMENT}"),
         ),
         (
+            "learning.heading_standing",
+            format!(
+                "as declared with weight {STANDING_PRIOR}, beyond {BEYOND_DECLARED} times that, alike from {LEAST_ALIKE} on"
+            ),
+        ),
+        (
             "learning.heading_lasts",
             format!(
                 "correlation {COLOURED}; described: and {CHANCE_SIGMAS} sigma of {LEAST_PAIRS} pairs; else {} presumed \
@@ -316,6 +322,30 @@ mod tests {
         let [found, share] = lasting(false, alike, 1000);
         assert!((found - 0.008).abs() < 2e-4 && share < 0.01, "{found} {share}");
         assert_eq!(lasting(false, white, 20), [0.0, 0.0], "white errors are found out soon");
+    }
+
+    /// Of what stands, after 200 pairs of reports with a declared σ of 0.05 rad: how many times the variance is, and the share that is
+    /// turned.
+    fn of_standing(difference: fn(i32) -> f64) -> (f64, f64) {
+        let mut counts = HeadingCounts::default();
+        (0..200).for_each(|k| counts.add_standing(difference(k), 0.0025));
+        let law = counts.law(false);
+        (law.standing(), 1.0 / (1.0 + libm::exp(law.front_odds_ln())))
+    }
+
+    #[test]
+    fn pairs_of_reports_of_what_stands_show_worthless_headings_and_turned_ones() {
+        let as_declared = of_standing(|k| if k % 2 == 0 { 0.07 } else { -0.07 });
+        assert_eq!(as_declared.0, 1.0);
+        let (worthless, _) = of_standing(|k| f64::from(k) * 0.7);
+        assert!(worthless * 0.0025 > 0.4, "{worthless}: any axis");
+        // Of each report three times the declared σ.
+        let (times, turned) = of_standing(|k| if k % 2 == 0 { 0.21 } else { -0.21 });
+        assert!((8.0..10.0).contains(&times) && turned < 0.0201, "{times} {turned}");
+        // One report in five is turned: one pair in three differs.
+        let (times, turned) = of_standing(|k| if k % 25 < 8 { PI } else { 0.0 });
+        assert!(times == 1.0 && (0.15..0.22).contains(&turned), "{times} {turned}");
+        assert_eq!(HeadingCounts::default().law(false).standing(), 1.0);
     }
 
     #[test]

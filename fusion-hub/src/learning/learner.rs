@@ -468,7 +468,8 @@ pub(super) fn listed() -> Vec<(&'static str, String)> {
         (
             "learning.turns",
             format!(
-                "{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}; {SAMPLED_EVERY} where known well"
+                "{DECIDED_EVERY}, {REAL_CHECKED_EVERY}, {INNOVATIONS_EVERY}; {SAMPLED_EVERY} where known well; recovers in {} s",
+                RECOVERS_IN.as_secs_f64()
             ),
         ),
     ]

@@ -352,15 +352,32 @@ mod tests {
 
     /// The variance by frames a second apart, each of so many objects that are displaced by a function of frame and object.
     fn variance(n_objects: i32, displaced: impl Fn(i32, i32) -> f64) -> f64 {
+        variance_beside(n_objects, displaced, None)
+    }
+
+    /// The same beside another agent, which sees the objects displaced by a function of the frame.
+    fn variance_beside(
+        n_objects: i32,
+        displaced: impl Fn(i32, i32) -> f64,
+        elsewhere: Option<fn(i32) -> f64>,
+    ) -> f64 {
         let mut counts = PoseCounts::default();
-        let mut stood = vec![None; usize::try_from(n_objects).unwrap()];
-        for second in 0..20 {
+        let mut known = vec![(Standing::default(), Standing::default()); usize::try_from(n_objects).unwrap()];
+        for second in 0..30 {
             let at = Timestamp::EPOCH + Span::from_millis(1000 * i64::from(second));
-            for (object, stood) in (0..).zip(&mut stood) {
-                let x = 10.0 * f64::from(object) + displaced(second, object);
-                if let Some(displaced) = (Stood { at, position: [x, x], side: None }).compare(stood) {
-                    counts.add(at, &displaced);
+            for (object, (own, other)) in (0..).zip(&mut known) {
+                let report = |off: f64| {
+                    let x = 10.0 * f64::from(object) + off;
+                    Stood { at, position: [x, x], side: None }
+                };
+                if let Some(elsewhere) = elsewhere {
+                    other.take_in(report(elsewhere(second)));
                 }
+                let mut of_scales = own.take_in(report(displaced(second, object)));
+                for (scale, displaced) in of_scales.iter_mut().enumerate() {
+                    displaced.iter_mut().for_each(|one| one.beside(at, scale, std::iter::once(&*other)));
+                }
+                counts.add(at, &of_scales);
             }
             counts.settle();
         }
@@ -386,6 +403,31 @@ mod tests {
     }
 
     #[test]
+    fn what_another_agent_sees_tells_a_pose_that_drifts_from_what_creeps() {
+        let drifts = |second: i32| 0.3 * f64::from(second % 16);
+        let creeps = |second: i32| 0.3 * f64::from(second);
+        assert_eq!(variance(6, |second, _| creeps(second)), 0.0, "nobody can know");
+        let seen = variance_beside(6, |second, _| drifts(second), Some(|_| 0.0));
+        assert!(seen > 0.05, "{seen}");
+        assert_eq!(variance_beside(6, |second, _| creeps(second), Some(creeps)), 0.0);
+        assert_eq!(variance_beside(6, |_, _| 0.0, Some(drifts)), 0.0, "it is the other's");
+    }
+
+    #[test]
+    fn by_an_agents_own_reports_what_hardly_moves_in_two_seconds_stands() {
+        let after = |speed_mps: f64| {
+            let mut own = Standing::default();
+            for ms in (0..5000).step_by(100) {
+                let x = speed_mps * f64::from(ms) / 1000.0;
+                let at = Timestamp::EPOCH + Span::from_millis(i64::from(ms));
+                own.take_in(Stood { at, position: [x, 0.0], side: None });
+            }
+            own.says_that_it_stands()
+        };
+        assert!(after(0.0) && after(0.3) && !after(0.6) && !Standing::default().says_that_it_stands());
+    }
+
+    #[test]
     fn noise_of_single_objects_and_errors_that_stay_are_none_of_the_poses() {
         // Every object by itself: the products of different ones average to zero.
         let by_itself =
@@ -402,10 +444,14 @@ mod tests {
             side: None,
         };
         let mut earlier = None;
-        assert_eq!(stood(100, 0.0).compare(&mut earlier), None);
-        assert_eq!(stood(400, 0.0).compare(&mut earlier), None, "the same turn");
-        assert_eq!(stood(600, 0.5).compare(&mut earlier), Some(Displaced { by: [0.5, 0.0], after_s: 0.5 }));
-        assert_eq!(stood(2000, 20.0).compare(&mut earlier), None, "too far");
-        assert_eq!(stood(9000, 20.0).compare(&mut earlier), None, "too long ago");
+        assert_eq!(stood(100, 0.0).compare(&mut earlier, 0), None);
+        assert_eq!(stood(400, 0.0).compare(&mut earlier, 0), None, "the same turn");
+        let displaced = stood(600, 0.5).compare(&mut earlier, 0);
+        assert_eq!(
+            displaced,
+            Some(Displaced { by: [0.5, 0.0], after_s: 0.5, turned: None, by_others: None })
+        );
+        assert_eq!(stood(2000, 20.0).compare(&mut earlier, 0), None, "too far");
+        assert_eq!(stood(9000, 20.0).compare(&mut earlier, 0), None, "too long ago");
     }
 }

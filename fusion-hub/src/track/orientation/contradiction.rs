@@ -102,3 +102,55 @@ pub(super) fn listed() -> (&'static str, String) {
         ),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn report(off: f64, times: f64) -> Beside {
+        Beside { off, declared: 0.0025, own: 0.0005, times }
+    }
+
+    #[test]
+    fn reports_that_agree_within_what_is_declared_count_and_those_far_off_are_no_news() {
+        let mut seen = Contradiction::initial(0.0025);
+        for k in 0..100 {
+            let off = if k % 2 == 0 { 0.06 } else { -0.06 };
+            assert_eq!(seen.note(&report(off, 1.0)), Verdict::Counts);
+        }
+        assert_eq!((seen.variance(), seen.note(&report(1.0, 1.0))), (0.0, Verdict::IsNoNews));
+        assert_eq!(seen.note(&report(0.02, 1.0)), Verdict::Counts, "what agrees goes on counting");
+        assert!(seen.variance() > 0.0);
+    }
+
+    #[test]
+    fn a_heading_that_most_reports_contradict_is_set_to_the_one_they_agree_about() {
+        let mut seen = Contradiction::initial(0.0025);
+        // Every other report is at random: each of these axes is as far from the others.
+        let (mut off_by, mut turns) = (0.8, 0);
+        for k in 0..200 {
+            let off = if k % 2 == 0 { off_by } else { f64::from(k % 5) * FRAC_PI_2 * 2.0 / 5.0 - 1.2 };
+            if let Verdict::TurnsBy(turn, _) = seen.note(&report(off, 1.0)) {
+                off_by -= turn;
+                turns += 1;
+            }
+        }
+        assert!(turns > 0 && off_by.abs() < 0.3, "{turns} turns, {off_by} rad are left");
+    }
+
+    #[test]
+    fn two_agents_a_quarter_apart_turn_nothing_and_one_that_is_known_to_vary_says_less() {
+        let after = |times_of_the_other: f64| {
+            let mut seen = Contradiction::initial(0.0025);
+            for k in 0..100 {
+                let is_other = k % 2 == 1;
+                let (off, times) = if is_other { (FRAC_PI_2, times_of_the_other) } else { (0.0, 1.0) };
+                let verdict = seen.note(&report(off, times));
+                assert!(!matches!(verdict, Verdict::TurnsBy(..)), "{k}");
+            }
+            seen.variance()
+        };
+        assert!(after(1.0) > 0.5 && after(300.0) < 0.02, "{} {}", after(1.0), after(300.0));
+    }
+}

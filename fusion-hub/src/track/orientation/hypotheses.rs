@@ -112,6 +112,8 @@ pub(in crate::track) fn first_read(z: &Measurement, headings: &HeadingLaw) -> Me
 pub(super) fn listed() -> (&'static str, String) {
     (
         "orientation.swapped",
-        format!("{SWAPPED}, as reported within {NEAR}, size at most {SIZE_CAP}, alike within {NEARLY_ALIKE}"),
+        format!(
+            "{SWAPPED}, as reported within {NEAR}, no axis beyond {NO_AXIS:.2}, size at most {SIZE_CAP}, alike within {NEARLY_ALIKE}"
+        ),
     )
 }

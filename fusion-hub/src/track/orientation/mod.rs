@@ -458,6 +458,7 @@ fn walks(class: Class) -> bool {
 pub(crate) fn listed() -> Vec<(&'static str, String)> {
     vec![
         hypotheses::listed(),
+        contradiction::listed(),
         (
             "orientation.course",
             format!(
@@ -477,7 +478,12 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
                 "open from {IN_QUESTION}, {IN_DOUBT}, {MOST_DOUBT_BY_ONE:?} by one, off course {OFF_COURSE}, odd {ODD}"
             ),
         ),
-        ("orientation.conflict", format!("{CONFLICT_KEPT} kept, beyond {IN_CONFLICT}, decided at {DECIDED}")),
+        (
+            "orientation.conflict",
+            format!(
+                "{CONFLICT_KEPT} kept, against {LEAST_FRONT} at least, beyond {IN_CONFLICT}, decided at {DECIDED}"
+            ),
+        ),
         (
             "orientation.unreliable",
             format!("{MOST_UNRELIABLE} at most, {MOST_BY_ONE:?} by one in {INDEPENDENT_AFTER_S} s"),
