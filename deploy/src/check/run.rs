@@ -75,13 +75,16 @@ pub(crate) async fn run(args: &CheckArgs, shutdown: &CancellationToken) -> anyho
     // What is published beside the expected keys is heard by both.
     let is_heard = findings.iter().any(|one| one.code == Code::WrongKey);
     let of_hubs = statuses.iter().flat_map(|status| status.findings.iter().cloned());
-    findings.extend(of_hubs.filter(|one| !(is_heard && one.code == Code::WrongKey)));
+    findings
+        .extend(of_hubs.filter(|one| !(is_heard && one.code == Code::WrongKey)).map(without_this_command));
     findings.extend(statuses.iter().filter_map(|status| outdated(status, began_at)));
     findings.extend(statuses.iter().filter_map(without_objects));
     // A hub that hears nobody is explained by those who publish elsewhere; and it names invalid names itself.
     let is_explained = |one: &Finding| {
         one.code == Code::NoAgents
-            && findings.iter().any(|other| matches!(other.code, Code::WrongKey | Code::WrongNetwork))
+            && findings
+                .iter()
+                .any(|other| matches!(other.code, Code::WrongKey | Code::WrongNetwork | Code::InvalidName))
     };
     let mut findings: Vec<_> = findings.iter().filter(|one| !is_explained(one)).cloned().collect();
     findings.extend(missing_agent(args, &statuses, &listener));
@@ -169,6 +172,13 @@ fn outdated(status: &HubStatus, began_at: Timestamp) -> Option<Finding> {
     };
     let change = "Ask again in a minute; a hub that has no time for its frames judges late, too";
     Some(Finding::of_network(Code::Outdated, says, change).as_note())
+}
+
+/// Without the advice to do what this command has just done.
+fn without_this_command(finding: Finding) -> Finding {
+    let is_of_others = |sentence: &&str| !sentence.starts_with("`v2x check`");
+    let change: Vec<_> = finding.change.split_inclusive("? ").filter(is_of_others).collect();
+    Finding { change: change.concat().trim_end().to_owned(), ..finding }
 }
 
 /// A hub that knows agents, and has no object to publish.
@@ -305,6 +315,15 @@ mod tests {
         assert_eq!(without_objects(&status(3, 7, &none)), None);
         let said = json!({ "findings": [Finding::of_network(Code::NoAgents, "none", "")] });
         assert_eq!(without_objects(&status(0, 7, &said)), None, "the hub says it itself");
+    }
+
+    #[test]
+    fn what_a_hub_says_is_repeated_without_the_advice_to_check() {
+        let change = "Do agents use its endpoint? `v2x check` listens beside the expected keys";
+        let said = without_this_command(Finding::of_network(Code::NoAgents, "none", change));
+        assert_eq!(said.change, "Do agents use its endpoint?");
+        let other = Finding::of_network(Code::NoAgents, "none", "Is it on? Start it");
+        assert_eq!(without_this_command(other.clone()), other);
     }
 
     #[test]

@@ -164,6 +164,14 @@ fn an_agent_whose_vehicle_is_not_in_the_world_is_idle_and_not_silent() {
 }
 
 #[test]
+fn an_agent_that_waits_for_nothing_is_not_idle() {
+    for is_silent in [false, true] {
+        let found = found(|frame| frame.is_lost = is_silent);
+        assert!(found.iter().all(|one| one.code != Code::Idle), "{found:#?}");
+    }
+}
+
+#[test]
 fn a_full_queue_of_an_agent_is_overload_with_what_to_do() {
     let north = AgentId::new("north").unwrap();
     let overloaded = findings_with("", |core| core.note_queue_full(north, 20), |_| {}, |_| None);

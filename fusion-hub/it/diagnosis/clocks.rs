@@ -1,8 +1,12 @@
 //! Clocks that are off, slow links, and stamps in another unit.
 
-use super::crossing::{Frame, START_MS, assert_only, findings_of, found, noise, world};
+use super::crossing::{
+    DURATION_MS, Frame, START_MS, assert_only, each, findings_of, found, noise, run, world,
+};
 use serde_json::json;
-use v2x_fusion_hub::diagnosis::{Code, Finding};
+use v2x_fusion_hub::Engine;
+use v2x_fusion_hub::diagnosis::{Code, Finding, Tokens};
+use v2x_fusion_hub::hub::{Core, HubSettings};
 
 #[test]
 fn a_clock_that_is_behind_is_distinguished_from_a_slow_link() {
@@ -187,4 +191,40 @@ fn predictions_stamped_with_the_time_that_they_are_of_are_no_clock_that_is_ahead
     let one = findings.iter().find(|one| one.code == Code::ClockAhead);
     let one = one.unwrap_or_else(|| panic!("{findings:#?}"));
     assert!(!one.is_fault() && one.says.contains("it sends predictions"), "{one}");
+}
+
+/// Nobody else is there by whom it could be told later which of both it is.
+#[test]
+fn a_clock_behind_of_a_lone_agent_is_told_in_the_same_check_as_its_other_faults() {
+    let alone = |edit: &dyn Fn(&mut Frame)| {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let frames = (0..DURATION_MS / 100).map(|k| {
+            let mut frame = world(k, "north");
+            edit(&mut frame);
+            frame
+        });
+        let findings = run(&mut core, frames.collect(), &Tokens::default(), |_| {});
+        let faults = findings.iter().filter(|one| one.is_fault());
+        faults.map(|one| one.code).collect::<Vec<_>>()
+    };
+    let late = |frame: &mut Frame| {
+        frame.captured_ms -= 300;
+        frame.delay_ms = 300;
+    };
+    let faults: [(Code, fn(&mut Frame)); 3] = [
+        (Code::Degrees, |frame| each(frame, |one| one.yaw = one.yaw.to_degrees())),
+        (Code::SizesSwapped, |frame| each(frame, |one| std::mem::swap(&mut one.w, &mut one.d))),
+        (Code::Geodetic, |frame| {
+            each(frame, |one| (one.x, one.y) = (11.575 + one.x / 74_400.0, 48.137 + one.y / 111_200.0));
+        }),
+    ];
+    for (code, fault) in faults {
+        let both = alone(&|frame| {
+            fault(frame);
+            late(frame);
+        });
+        assert!(both.contains(&code) && both.contains(&Code::ClockBehindOrLinkSlow), "{code:?}: {both:?}");
+        let found = alone(&fault);
+        assert!(!found.contains(&Code::ClockBehindOrLinkSlow), "{code:?}: {found:?}");
+    }
 }

@@ -6,6 +6,7 @@ mod contents;
 pub(crate) mod crossing;
 mod headings;
 mod near_misses;
+mod pairs;
 mod positions;
 mod predictions;
 mod repetition;

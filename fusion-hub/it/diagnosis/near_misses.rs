@@ -1,6 +1,6 @@
 //! What is nearly a fault and is none: for each kind of finding that has no such test beside the one that provokes it.
 
-use super::crossing::{Frame, each, found, noise};
+use super::crossing::{Frame, each, findings_of, found, noise, world};
 use serde_json::json;
 use std::f64::consts::TAU;
 use v2x_fusion_hub::diagnosis::Code;
@@ -142,4 +142,41 @@ fn a_long_view_is_not_far_from_its_sensor_nor_far_away() {
         frame.pose.x += 300.0;
         frame.pose.y += 250.0;
     })]);
+}
+
+#[test]
+fn a_delay_of_two_tenths_of_a_second_that_all_frames_have_is_no_clock_that_is_off() {
+    let clocks: &[Code] = &[Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow];
+    assert_none(&[
+        ("late by 0.2 s", clocks, |frame| frame.delay_ms += 200),
+        ("stamped at arrival", clocks, |frame| frame.delay_ms = 0),
+    ]);
+}
+
+#[test]
+fn a_shift_by_a_hands_breadth_is_no_other_frame() {
+    let places: &[Code] = &[
+        Code::SensorFrame,
+        Code::Axes,
+        Code::SensorPose,
+        Code::NothingShared,
+        Code::Offset,
+        Code::LengthUnit,
+    ];
+    assert_none(&[("0.1 m", places, |frame| {
+        each(frame, |one| (one.x, one.y) = (one.x + 0.08, one.y - 0.06));
+    })]);
+}
+
+#[test]
+fn a_frame_that_is_delivered_twice_is_no_part_and_no_repetition() {
+    let again = |k| {
+        let mut frame = world(k, "north");
+        frame.delay_ms += 3;
+        Some(frame)
+    };
+    // That it is sent twice is told of its number.
+    let found = findings_of("", |_| {}, again);
+    let is_told = |code: Code| [Code::PartialFrames, Code::Repetition].contains(&code);
+    assert!(found.iter().all(|one| !is_told(one.code)), "{found:#?}");
 }

@@ -158,12 +158,12 @@ impl Health {
             findings.push(Finding::of_network(Code::StandbyDiffers, says, change));
         }
         findings.extend(missing(core, seen, now));
-        let is_anybody_alive =
-            core.engine().agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, core.engine()));
-        if !is_anybody_alive && seen.roster.tokens().alive.is_empty() && now - seen.started_at >= PATIENCE {
-            let says = "no agent sends anything to this hub";
-            let change = "Do agents use its network's name and its endpoint? `v2x check` listens beside the expected keys";
-            findings.push(Finding::of_network(Code::NoAgents, says, change));
+        // Who is heard of by a wrong name or key is why nobody else is.
+        let is_explained = findings
+            .iter()
+            .any(|one| matches!(one.code, Code::InvalidName | Code::WrongKey | Code::WrongNetwork));
+        if !is_explained {
+            findings.extend(nobody(core, seen, now));
         }
         findings
     }
@@ -194,6 +194,37 @@ impl Health {
     pub(super) fn findings(&self) -> &[Finding] {
         &self.findings
     }
+}
+
+/// No agent is there: those that were have ended, or none ever was.
+fn nobody(core: &Core, seen: &Seen<'_>, now: Timestamp) -> Option<Finding> {
+    /// Agents that are named.
+    const MOST_NAMED: usize = 4;
+    let engine = core.engine();
+    let is_anybody_alive = engine.agents().iter().any(|(agent, _)| seen.roster.is_alive(agent, engine));
+    if is_anybody_alive || !seen.roster.tokens().alive.is_empty() || now - seen.started_at < PATIENCE {
+        return None;
+    }
+    let ended = engine.agents().iter().filter_map(|(agent, record)| {
+        let accepted = record.statistics.accepted;
+        Some((record.last_heard_at()?, agent, accepted)).filter(|_| accepted > 0)
+    });
+    let mut ended: Vec<_> = ended.collect();
+    if ended.is_empty() {
+        let says = "no agent sends anything to this hub";
+        let change =
+            "Do agents use its network's name and its endpoint? `v2x check` listens beside the expected keys";
+        return Some(Finding::of_network(Code::NoAgents, says, change));
+    }
+    ended.sort_by_key(|(at, agent, _)| (std::cmp::Reverse(*at), *agent));
+    let named = ended.iter().take(MOST_NAMED).map(|(at, agent, accepted)| {
+        let ago_s = (now - *at).as_secs_f64();
+        format!("{agent} sent {accepted} frames until {ago_s:.0} s ago, and has ended")
+    });
+    let more = if ended.len() > MOST_NAMED { "; …" } else { "" };
+    let says = format!("no agent is left: {}{more}", named.collect::<Vec<_>>().join("; "));
+    let change = "Start the agents' programs again, if they are not meant to have ended";
+    Some(Finding::of_network(Code::NoAgents, says, change))
 }
 
 /// A hub that has begun again lately, by itself.
@@ -308,6 +339,73 @@ mod tests {
             sessions: Sessions::default(),
             recording: None,
         }
+    }
+
+    #[test]
+    fn that_no_agent_sends_says_who_has_ended_and_is_not_told_beside_its_cause_or_of_who_is_there() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let roster = Roster::default();
+        let found = |core: &mut Core, seconds: i64, invalid_names: Vec<InvalidName>| {
+            let mut health = Health::default();
+            core.fused(at(seconds));
+            health.check(core, &Seen { invalid_names, ..seen(&roster) }, at(seconds));
+            let found = health.findings().iter().filter(|one| one.code == Code::NoAgents);
+            found.map(|one| one.says.clone()).collect::<Vec<_>>()
+        };
+        let invalid = || {
+            let (name, reason) = ("my+cam".to_owned(), "it holds '+'".to_owned());
+            vec![InvalidName { name, reason, samples: 9 }]
+        };
+        assert_eq!(found(&mut core, 4, vec![]), [""; 0], "they may still come");
+        assert_eq!(found(&mut core, 6, vec![]), ["no agent sends anything to this hub"]);
+        assert_eq!(found(&mut core, 6, invalid()), [""; 0], "that is why");
+        for second in 7..10 {
+            let json = format!(r#"{{"captured_at":{second}000000,"detections":[]}}"#);
+            core.handle_frame(agent("cam"), at(second), &Body::Json(json.as_bytes()));
+        }
+        assert_eq!(found(&mut core, 10, vec![]), [""; 0], "it is there");
+        let ended = "no agent is left: cam sent 3 frames until 25 s ago, and has ended";
+        assert_eq!(found(&mut core, 34, vec![]), [ended]);
+    }
+
+    #[test]
+    fn a_name_that_is_not_allowed_is_told_and_only_that() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let roster = Roster::default();
+        let mut codes = |invalid_names: Vec<InvalidName>| {
+            let mut health = Health::default();
+            health.check(&mut core, &Seen { invalid_names, ..seen(&roster) }, at(1));
+            health.findings().iter().map(|one| one.code).collect::<Vec<_>>()
+        };
+        let (name, reason) = ("my+cam".to_owned(), "it holds '+'".to_owned());
+        assert_eq!(codes(vec![InvalidName { name, reason, samples: 9 }]), [Code::InvalidName]);
+        assert_eq!(codes(vec![]), []);
+    }
+
+    #[test]
+    fn another_hub_of_this_name_and_one_with_other_settings_are_told_and_none_are_not() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let roster = Roster::default();
+        let mut codes = |twin: Option<u32>, standby_differs: Option<u32>| {
+            let mut health = Health::default();
+            health.check(&mut core, &Seen { twin, standby_differs, ..seen(&roster) }, at(1));
+            health.findings().iter().map(|one| one.code).collect::<Vec<_>>()
+        };
+        assert_eq!(codes(None, None), []);
+        assert_eq!(codes(Some(7), None), [Code::TwoHubs]);
+        assert_eq!(codes(None, Some(7)), [Code::StandbyDiffers]);
+    }
+
+    #[test]
+    fn samples_that_are_dropped_are_overload_for_a_while_and_none_are_not() {
+        let mut core = Core::new(HubSettings::default(), Engine::new);
+        let roster = Roster::default();
+        let mut health = Health::default();
+        let mut is_told = |dropped: u64, seconds: i64| {
+            health.check(&mut core, &Seen { dropped, ..seen(&roster) }, at(seconds));
+            health.findings().iter().any(|one| one.code == Code::Overload)
+        };
+        assert!(!is_told(0, 1) && is_told(7, 2) && is_told(7, 11) && !is_told(7, 12));
     }
 
     #[test]

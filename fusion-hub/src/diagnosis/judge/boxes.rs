@@ -29,7 +29,10 @@ pub(super) fn findings(one: &One<'_>) -> Vec<Finding> {
 fn swapped_sizes(one: &One<'_>) -> Option<Finding> {
     let writing = &one.survey.writing;
     is_share(writing.wide_vehicles, writing.vehicles, SWAPPED_SHARE).then(|| {
-        let says = format!("{} of {} vehicles are wider than long", writing.wide_vehicles, writing.vehicles);
+        let says = format!(
+            "{} of {} detections of vehicles are wider than long",
+            writing.wide_vehicles, writing.vehicles
+        );
         let change = if writing.sizes_swapped {
             format!("Remove `sizes` {}: it swaps what is right", one.table())
         } else {

@@ -3,6 +3,7 @@
 use super::super::finding::{Code, Finding};
 use super::super::window::{AgentSurvey, Source, Surroundings, Window};
 use super::one::{MIN_VALUES, One, is_share};
+use super::writing;
 use v2x_common::id::AgentId;
 
 /// Results that came several times each, frames in which nothing changed, and frames of the hub's own objects.
@@ -93,7 +94,9 @@ fn repetition(one: &One<'_>) -> Option<Finding> {
         );
         return Some(one.fault(Code::Repetition, says, change));
     }
-    contents.never_changes(MIN_FROZEN).then(|| {
+    // Positions that are dropped for being nowhere near the origin leave nothing that could differ.
+    let is_nowhere = writing::off_origin(one).is_some();
+    (!is_nowhere && contents.never_changes(MIN_FROZEN)).then(|| {
         let says = format!(
             "its {compared} frames hold the same detections to the last digit, under new stamps: its detector may hang"
         );

@@ -104,6 +104,8 @@ const BOXES: [Code; 8] = [
 ];
 const SIGMAS: [Code; 2] = [Code::SigmaTooSmall, Code::SigmaTooLarge];
 const CLOCKS: [Code; 4] = [Code::ClockAhead, Code::ClockBehind, Code::ClockBehindOrLinkSlow, Code::LinkSlow];
+/// Those of them that shared objects show.
+const CLOCKS_BY_OBJECTS: [Code; 2] = [Code::ClockBehind, Code::LinkSlow];
 /// Where positions are wrong altogether, nothing that is compared with them means anything.
 const PLACES: [Code; 5] = [Code::Geodetic, Code::SensorFrame, Code::Axes, Code::LengthUnit, Code::SensorPose];
 
@@ -129,13 +131,18 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
     let shifted: Vec<_> = shifted.filter_map(|one| one.agent).collect();
     // Objects move as it says, and not as they do.
     let spoils_motion = has.iter().any(|(_, code)| *code == Code::Velocities);
+    // Beside others who see the same area, objects will show which of both it is, once the rest is right.
+    let waits_for_objects = |agent: AgentId| sees_area_of_others(window, agent);
     // It makes everybody's errors look otherwise.
     let fed_back = has.iter().any(|(_, code)| *code == Code::Feedback);
     findings.retain(|one| {
         let Some(agent) = one.agent else { return true };
         let places_are_wrong = has_one(agent, &PLACES);
         let is_consequence = (places_are_wrong
-            && (HEADINGS.contains(&one.code) || CLOCKS[1..].contains(&one.code)))
+            && (HEADINGS.contains(&one.code) || CLOCKS_BY_OBJECTS.contains(&one.code)))
+            || ((places_are_wrong || of_boxes.contains(&agent))
+                && one.code == Code::ClockBehindOrLinkSlow
+                && waits_for_objects(agent))
             || ((shifted.contains(&agent) || spoils_motion) && HEADINGS.contains(&one.code))
             || ((places_are_wrong || differs(agent) || sees_wrong_boxes(agent))
                 && SIGMAS.contains(&one.code))
@@ -155,7 +162,6 @@ fn drop_consequences(window: &Window, findings: &mut Vec<Finding>) {
                 && [Code::ImpossibleDetections, Code::Twins].contains(&one.code))
             || (one.code == Code::Copy && (fed_back || has_one(agent, &[Code::TwoProcesses])))
             || (has_one(agent, &[Code::FarFromSensor]) && one.code == Code::ImpossibleDetections)
-            || (of_boxes.contains(&agent) && one.code == Code::ClockBehindOrLinkSlow)
             || (has_one(agent, &[Code::TimeUnit])
                 && (CLOCKS.contains(&one.code) || one.code == Code::Jitter))
             || (one.code == Code::StampsJitter && has_one(agent, &[Code::TwoProcesses]))
@@ -197,22 +203,29 @@ fn no_accuracy_of_repetition(window: &Window, finding: Finding) -> Finding {
     Finding { change, ..finding.as_note() }
 }
 
-/// By its own tracks alone an agent whose positions are in another unit, of pixels or of another place has a standard deviation,
-/// too: where others see the same area, and none of them agrees, the advice is no line to copy.
-fn no_accuracy_unconfirmed(window: &Window, finding: Finding) -> Finding {
-    let Some(agent) = finding.agent.filter(|_| SIGMAS.contains(&finding.code)) else { return finding };
+/// Whether positions of others are in the area of those of an agent.
+fn sees_area_of_others(window: &Window, agent: AgentId) -> bool {
     let extent = |agent: &AgentId| window.agents.get(agent)?.writing.extent;
-    let Some(own) = extent(&agent).filter(|_| finding.is_fault()) else { return finding };
+    let Some(own) = extent(&agent) else { return false };
     let overlap = |[x, y]: [(f64, f64); 2]| {
         let meets = |(a, b): (f64, f64), (c, d): (f64, f64)| a <= d && c <= b;
         meets(x, own[0]) && meets(y, own[1])
     };
-    let mut of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent)).peekable();
     let others = window.agents.keys().filter(|other| **other != agent);
-    let is_among = others.filter_map(extent).any(overlap);
+    others.filter_map(extent).any(overlap)
+}
+
+/// By its own tracks alone an agent whose positions are in another unit, of pixels or of another place has a standard deviation,
+/// too: where others see the same area, and none of them agrees, the advice is no line to copy.
+fn no_accuracy_unconfirmed(window: &Window, finding: Finding) -> Finding {
+    let Some(agent) = finding.agent.filter(|_| SIGMAS.contains(&finding.code)) else { return finding };
+    if !finding.is_fault() {
+        return finding;
+    }
+    let mut of_agent = window.fits.iter().filter(|(pair, _)| pair.contains(&agent)).peekable();
     let is_confirmed = of_agent.peek().is_none()
         || of_agent.any(|(_, fit)| matches!(fit, Fit::Agree { .. } | Fit::Changed { .. }));
-    if is_confirmed || !is_among {
+    if is_confirmed || !sees_area_of_others(window, agent) {
         return finding;
     }
     let change = format!(
@@ -377,6 +390,15 @@ mod tests {
         );
         assert_eq!(with(Fit::Agree { clocks: false }, 20.0), small());
         assert_eq!(with(Fit::Unknown, 200.0), small(), "of another area");
+    }
+
+    #[test]
+    fn that_there_are_no_places_for_more_errors_is_a_note_and_that_all_have_one_is_none() {
+        let agents: Vec<_> = (0..9).map(|n| AgentId::new(&format!("a{n}")).unwrap()).collect();
+        let note = unregistered(&agents).unwrap();
+        assert!(!note.is_fault() && note.code == Code::RegistrationFull, "{note}");
+        assert!(note.says.contains("of 9 agents (a0, ") && note.says.contains("a7, …)"), "{note}");
+        assert_eq!(unregistered(&[]), None);
     }
 
     #[test]
