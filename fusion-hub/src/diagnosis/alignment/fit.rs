@@ -3,9 +3,9 @@
 //! Small changes are found by least squares over pairs of nearest detections ([`super::squares`]), from several beginnings.
 
 use super::change::{Change, LARGE, Rigid};
-use super::search::{beats_chance, shift};
+use super::search::{beats_chance, is_the_only_one, shift, stood};
 use super::squares::{
-    Explained, MIN_PAIRS, MIN_PLACES, MIN_SHARE, Refined, TIME_SIGMA_S, explained, nearest, refine, share,
+    Explained, MIN_PAIRS, MIN_PLACES, MIN_SHARE, Refined, TIME_SIGMA_S, explained, refine, share,
 };
 use super::times::{self, Between};
 use super::{Snapshot, Spot, scale};
@@ -23,10 +23,7 @@ const ONE_AREA_M: f64 = 150.0;
 const MOST_SHARE_APART_IN_VIEW: f64 = 0.05;
 /// Such a share of what each reports is between what the other one does: their views overlap.
 const WITHIN_SHARE: f64 = 0.3;
-/// What is this near to where it was a snapshot before, and so many before, stands, m; and so large a share of the detections. Snapshots are
-/// some tenths of a second apart: in that time also what walks is near to where it was.
-const STANDS_M: f64 = 1.0;
-const STANDS_FOR: usize = 6;
+/// Most stand where so large a share of the detections does.
 const STANDS_SHARE: f64 = 0.7;
 
 /// How two agents' detections go together.
@@ -102,7 +99,7 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
         return agree(&best, snapshots, &as_is, possible);
     }
     let is_found = is_clear(&best.explained, &as_is, possible, MIN_RATIO_SMALL) || best.is_sure(possible);
-    if is_found && is_no_chance(snapshots, &Change::Rigid(best.change)) {
+    if is_found && is_no_chance(snapshots, &best.change) {
         return changed(&best, snapshots, possible);
     }
     apart(snapshots, &as_is, possible)
@@ -111,7 +108,8 @@ pub(in crate::diagnosis) fn fit(snapshots: &[Snapshot]) -> Fit {
 /// The fit of a small change.
 fn changed(refined: &Refined, snapshots: &[Snapshot], possible: u64) -> Fit {
     let (mut rigid, mut pairs) = (refined.reported(), refined.explained.pairs);
-    let stands = stands(snapshots);
+    // No time displaces what stands.
+    let stands = stands(snapshots) || is_the_only_one(snapshots, &refined.change);
     let is_shift = rigid.turn_rad == 0.0 && rigid.by_m != [0.0; 2];
     match if is_shift && !stands { times::between(snapshots) } else { None } {
         Some(Between::Time(earlier_s, of_time)) => {
@@ -133,15 +131,9 @@ fn changed(refined: &Refined, snapshots: &[Snapshot], possible: u64) -> Fit {
 /// Whether most of what the first one reports is where it was a snapshot before.
 fn stands(snapshots: &[Snapshot]) -> bool {
     let (mut stand, mut all) = (0, 0);
-    let long_before = STANDS_FOR.min(snapshots.len() / 2).max(1);
-    for (k, after) in snapshots.iter().enumerate().skip(long_before) {
+    for (k, after) in snapshots.iter().enumerate() {
         all += after[0].spots.len() as u64;
-        let was_there = |spot: &Spot, n: usize| {
-            let before = &snapshots[k - n][0].spots;
-            nearest(spot, before, Some(STANDS_M)).is_some()
-        };
-        let stays = |spot: &&Spot| was_there(spot, 1) && was_there(spot, long_before);
-        stand += after[0].spots.iter().filter(stays).count() as u64;
+        stand += after[0].spots.iter().filter(|spot| stood(snapshots, (k, 0), spot)).count() as u64;
     }
     all > 0 && share(stand, all) >= STANDS_SHARE
 }
@@ -191,9 +183,11 @@ fn is_clear(explained: &Explained, as_is: &Explained, possible: u64, ratio: f64)
         && explained.pairs as f64 >= ratio * as_is.pairs as f64
 }
 
-/// Whether a small change of the second one's explains far more than it does by chance: of all that it sees, or of enough that moves.
-fn is_no_chance(snapshots: &[Snapshot], change: &Change) -> bool {
-    beats_chance(snapshots, 1, change) || {
+/// Whether a small change of the second one's explains far more than it does by chance: of all that it sees, of enough that moves, or of
+/// what stands.
+fn is_no_chance(snapshots: &[Snapshot], rigid: &Rigid) -> bool {
+    let change = &Change::Rigid(*rigid);
+    beats_chance(snapshots, 1, change) || is_the_only_one(snapshots, rigid) || {
         let moving = times::of_moving(snapshots);
         explained(&moving, 1, change).pairs >= MIN_PAIRS && beats_chance(&moving, 1, change)
     }
@@ -204,7 +198,7 @@ fn is_no_chance(snapshots: &[Snapshot], change: &Change) -> bool {
 fn agree(refined: &Refined, snapshots: &[Snapshot], as_is: &Explained, possible: u64) -> Fit {
     let agree = Fit::Agree { clocks: refined.shows_clocks() };
     if !is_clear(&refined.explained, as_is, possible, MIN_RATIO_SMALL)
-        || !is_no_chance(snapshots, &Change::Rigid(refined.change))
+        || !is_no_chance(snapshots, &refined.change)
     {
         return agree;
     }

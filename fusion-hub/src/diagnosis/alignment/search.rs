@@ -1,11 +1,22 @@
 //! Where the search for a change begins, and what it explains by chance.
 
-use super::Snapshot;
-use super::change::Change;
-use super::squares::explained;
+use super::change::{Change, Rigid};
+use super::squares::{MIN_PAIRS, MIN_PLACES, explained, nearest};
+use super::{Snapshot, Spot};
 
 /// A change must explain so many times what it explains by chance.
 const CHANCE_RATIO: u64 = 2;
+
+/// What is this near to where it was a snapshot before, and so many before, stands, m. Snapshots are some tenths of a second apart: in that
+/// time also what walks is near to where it was.
+const STANDS_M: f64 = 1.0;
+const STANDS_FOR: usize = 6;
+/// Other shifts with which one is compared: no nearer to it than this, no further, and in these steps, m.
+const NO_NEARER_M: f64 = 3.0;
+const NO_FURTHER_STEPS: i32 = 10;
+const STEP_M: f64 = 1.5;
+/// What stands is the same in each snapshot: so many show it.
+const SHOW_IT: usize = 4;
 
 /// Whether a change explains far more than the same one does of detections of another time: lanes and rows of parked cars
 /// fit onto each other, whoever sees them, and say nothing.
@@ -18,6 +29,46 @@ pub(super) fn beats_chance(snapshots: &[Snapshot], whose: usize, change: &Change
     };
     let shuffled: Vec<_> = (0..n).map(apart).collect();
     explained(snapshots, whose, change).pairs >= CHANCE_RATIO * explained(&shuffled, whose, change).pairs
+}
+
+/// Whether a change of the second one explains far more of what stands than any other shift does: rows of parked cars fit onto each other
+/// in several ways, and what stands anywhere does in one.
+pub(super) fn is_the_only_one(snapshots: &[Snapshot], change: &Rigid) -> bool {
+    let standing = of_standing(snapshots);
+    let found = explained(&standing, 1, &Change::Rigid(*change));
+    if found.pairs < MIN_PAIRS || found.places.len() < MIN_PLACES {
+        return false;
+    }
+    let every = standing.len().div_ceil(SHOW_IT).max(1);
+    let some: Vec<_> = standing.iter().step_by(every).cloned().collect();
+    let pairs = |change: Rigid| explained(&some, 1, &Change::Rigid(change)).pairs;
+    let (by_it, steps) = (pairs(*change), -NO_FURTHER_STEPS..=NO_FURTHER_STEPS);
+    let others =
+        steps.clone().flat_map(|x| steps.clone().map(move |y| [x, y].map(|step| STEP_M * f64::from(step))));
+    others.filter(|[x, y]| libm::hypot(*x, *y) >= NO_NEARER_M).all(|[x, y]| {
+        let by_m = [change.by_m[0] + x, change.by_m[1] + y];
+        by_it >= CHANCE_RATIO * pairs(Rigid { by_m, ..*change })
+    })
+}
+
+/// With what stands alone.
+fn of_standing(snapshots: &[Snapshot]) -> Vec<Snapshot> {
+    let mut standing = snapshots.to_vec();
+    for (k, pair) in standing.iter_mut().enumerate() {
+        for (whose, sighting) in pair.iter_mut().enumerate() {
+            sighting.spots.retain(|spot| stood(snapshots, (k, whose), spot));
+        }
+    }
+    standing
+}
+
+/// Whether what one of a snapshot reports is where it was in those before; in the first ones, where it is in those after.
+pub(super) fn stood(snapshots: &[Snapshot], (k, whose): (usize, usize), spot: &Spot) -> bool {
+    let long = STANDS_FOR.min(snapshots.len() / 2).max(1);
+    [1, long].into_iter().all(|apart| {
+        let other = k.checked_sub(apart).or_else(|| Some(k + apart).filter(|other| *other < snapshots.len()));
+        other.is_some_and(|other| nearest(spot, &snapshots[other][whose].spots, Some(STANDS_M)).is_some())
+    })
 }
 
 /// The shift that most pairs of detections have, by a grid; m.

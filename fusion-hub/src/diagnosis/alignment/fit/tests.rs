@@ -147,6 +147,41 @@ fn rows_of_parked_cars_of_which_each_agent_sees_one_are_no_shift() {
     assert_eq!(fit(&with_poses), Fit::Unknown);
 }
 
+/// Cars that stand where nothing repeats, of which both agents see the same, and a few that drive.
+fn stood_about(n_moving: usize, seen_by_the_second: impl Fn([f64; 2]) -> [f64; 2]) -> Fit {
+    let standing =
+        [[5.0, 15.0], [-12.0, 3.0], [22.0, -7.0], [31.0, 18.0], [-27.0, -14.0], [9.0, -21.0], [-6.0, 33.0]];
+    let snapshots: Vec<Snapshot> = (0..10)
+        .map(|step| {
+            let seed = usize::try_from(step).unwrap();
+            let moving = traffic(0.5 * f64::from(step)).into_iter().take(n_moving);
+            let cars: Vec<_> = standing.map(|at| (at, [0.0; 2])).into_iter().chain(moving).collect();
+            [0, 1].map(|whose| {
+                let spots = cars.iter().enumerate().map(|(k, (at, velocity))| {
+                    let measured = [at[0] + error(seed + whose, k), at[1] + error(seed + 3 * whose, k + 7)];
+                    let at = if whose == 1 { seen_by_the_second(measured) } else { measured };
+                    Spot { at, velocity: *velocity, variance: 0.25, size: None }
+                });
+                Sighting::new(Some([FIRST, POSE][whose]), spots.collect())
+            })
+        })
+        .collect();
+    fit(&snapshots)
+}
+
+#[test]
+fn a_shift_is_found_where_most_or_all_of_what_is_seen_stands() {
+    for n_moving in [0, 3] {
+        for shift in [[0.0, 1.5], [1.5, -0.8], [3.0, 0.0], [5.0, 3.0]] {
+            let rigid = rigid(stood_about(n_moving, |[x, y]| [x + shift[0], y + shift[1]]));
+            let [x, y] = rigid.by_m;
+            let off = libm::hypot(x + shift[0], y + shift[1]);
+            assert!(off < 0.5 && rigid.turn_rad == 0.0, "{n_moving} moving, {shift:?}: {rigid:?}");
+        }
+        assert!(matches!(stood_about(n_moving, |at| at), Fit::Agree { .. }));
+    }
+}
+
 #[test]
 fn agents_of_one_area_that_see_different_objects_are_apart() {
     let elsewhere = fit_of(|[x, y], _| [1.7 * x + 3.0 * libm::sin(y), 0.4 * y + 11.0 * libm::cos(x)]);
