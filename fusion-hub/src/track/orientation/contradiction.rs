@@ -3,7 +3,6 @@
 //! Where they do, by much more than is declared, one that is far from the object's heading is no news of it. The heading is the
 //! one that most reports agree about, by their mean axis: what is at random cancels there.
 
-use super::single;
 use serde::{Deserialize, Serialize};
 
 /// Weight of the newest report.
@@ -90,6 +89,12 @@ impl Contradiction {
     pub(super) fn variance(&self) -> f64 {
         if self.found > BEYOND * self.declared { f64::from(self.found) } else { 0.0 }
     }
+}
+
+/// In single precision, which is enough for evidence.
+#[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
+pub(super) const fn single(evidence: f64) -> f32 {
+    evidence as f32
 }
 
 /// Every number, for [`crate::parameters`].

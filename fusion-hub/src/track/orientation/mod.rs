@@ -12,7 +12,7 @@ pub(super) use hypotheses::{Held, first_read};
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
 use crate::values::{ExpectedPlace, HeadingLaw, Measurement, PositionInnovation};
-use contradiction::{Beside, Contradiction, Verdict};
+use contradiction::{Beside, Contradiction, Verdict, single};
 use hypotheses::{Hypothesis, NEAR, NO_AXIS, choose, taken};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -421,12 +421,6 @@ impl Orientation {
         let by_evidence = 1.0 / (1.0 + libm::exp(front.abs()));
         (HeadingKind::Axis, by_evidence.max(reversed_of_late).min(0.5))
     }
-}
-
-/// In single precision, which is enough for evidence.
-#[expect(clippy::cast_possible_truncation, reason = "single precision is intended")]
-const fn single(evidence: f64) -> f32 {
-    evidence as f32
 }
 
 /// The difference of two axes, rad in [-π/2, π/2].

@@ -210,8 +210,8 @@ fn a_sensor_in_degrees_with_swapped_sizes_and_an_unknown_class_is_named() {
     for expected in [
         "left: its headings",
         "right: its headings",
-        "right: 30 of 30 vehicles are wider",
-        "left: 30 of 30 vehicles are wider",
+        "right: 30 of 30 detections of vehicles are wider",
+        "left: 30 of 30 detections of vehicles are wider",
         "left: 30 detections of unknown classes",
     ] {
         assert!(report.warnings.iter().any(|one| one.starts_with(expected)), "{:?}", report.warnings);
