@@ -223,21 +223,11 @@ impl Orientation {
             self.weigh_motion(held, course, since_s);
         }
         let mut z = taken(z, &chosen);
-        let mut first = Action::Nothing;
-        if !self.moves(held.class) {
-            let (front, variance) = held.state.heading();
-            let times = headings.standing();
-            let off = axis_difference(z.yaw, front);
-            let verdict =
-                self.contradiction.note(&Beside { off, declared: z.yaw_variance, own: variance, times });
-            z.yaw_variance *= times;
-            if verdict != Verdict::Counts || (times > 1.0 && z.yaw_variance > NO_AXIS) {
-                z.yaw_variance = NO_REPORT_VARIANCE;
-            }
-            if let Verdict::TurnsBy(turn, variance) = verdict {
-                first = Action::TurnTo(wrap_angle(front + turn), variance);
-            }
-        }
+        let first = if self.moves(held.class) {
+            Action::Nothing
+        } else {
+            self.weigh_standing(&mut z, held.state.heading(), headings.standing())
+        };
         if is_odd && course.as_ref().is_some_and(|course| is_worse(&z, held.state.heading().0, course)) {
             // Of several agents one may err for good: the others' headings stay.
             z.yaw_variance = NO_REPORT_VARIANCE;
@@ -365,6 +355,21 @@ impl Orientation {
         let weight = (dt_s.abs() / INDEPENDENT_AFTER_S).min(1.0);
         let unreliable = f64::from(self.unreliable) + weight * evidence.clamp(least, most);
         self.unreliable = single(unreliable.clamp(-MOST_UNRELIABLE, MOST_UNRELIABLE));
+    }
+
+    /// Holds a report of what stands against the heading (rad) that it has and its variance (rad²), where the agent's headings are
+    /// known to have so many times their variance.
+    fn weigh_standing(&mut self, z: &mut Measurement, (front, own): (f64, f64), times: f64) -> Action {
+        let off = axis_difference(z.yaw, front);
+        let verdict = self.contradiction.note(&Beside { off, declared: z.yaw_variance, own, times });
+        z.yaw_variance *= times;
+        if verdict != Verdict::Counts || (times > 1.0 && z.yaw_variance > NO_AXIS) {
+            z.yaw_variance = NO_REPORT_VARIANCE;
+        }
+        match verdict {
+            Verdict::TurnsBy(turn, variance) => Action::TurnTo(wrap_angle(front + turn), variance),
+            Verdict::Counts | Verdict::IsNoNews => Action::Nothing,
+        }
     }
 
     /// Holds the front against a report.
