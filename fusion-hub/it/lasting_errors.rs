@@ -109,7 +109,8 @@ fn an_agent_whose_pose_swings_slowly_is_found_out_by_what_another_sees_and_that_
     let (alone, _) = parked(400, None);
     for period_s in [8.0, 20.0] {
         let turn = |step: i32| 0.1 * f64::from(step) * std::f64::consts::TAU / period_s;
-        let pose: Vec<_> = (0..400).map(|step| [1.2 * turn(step).sin(), 1.2 * turn(step).cos()]).collect();
+        let pose: Vec<_> =
+            (0..400).map(|step| [1.2 * libm::sin(turn(step)), 1.2 * libm::cos(turn(step))]).collect();
         let (both, engine) = parked(400, Some(&pose));
         assert!(both < alone + 0.05, "{period_s} s: {both} m with it, {alone} m without");
         let good = learnt(&engine, "good");

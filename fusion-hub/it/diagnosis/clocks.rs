@@ -211,7 +211,8 @@ fn a_clock_behind_of_a_lone_agent_is_told_in_the_same_check_as_its_other_faults(
         frame.captured_ms -= 300;
         frame.delay_ms = 300;
     };
-    let faults: [(Code, fn(&mut Frame)); 3] = [
+    type Spoil = fn(&mut Frame);
+    let faults: [(Code, Spoil); 3] = [
         (Code::Degrees, |frame| each(frame, |one| one.yaw = one.yaw.to_degrees())),
         (Code::SizesSwapped, |frame| each(frame, |one| std::mem::swap(&mut one.w, &mut one.d))),
         (Code::Geodetic, |frame| {

@@ -7,8 +7,11 @@
 
 mod contradiction;
 mod hypotheses;
+mod outcome;
 
 pub(super) use hypotheses::{Held, first_read};
+pub(crate) use outcome::Read;
+pub(super) use outcome::{Action, Path};
 
 use crate::filter::{Course, Filter, Kinematic, MotionParams};
 use crate::values::{ExpectedPlace, HeadingLaw, Measurement, PositionInnovation};
@@ -17,7 +20,6 @@ use hypotheses::{Hypothesis, NEAR, NO_AXIS, choose, taken};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use v2x_common::class::{Class, ClassGroup};
-use v2x_common::covariance::Covariance2;
 use v2x_common::detection::HeadingKind;
 use v2x_common::geometry::{angle_difference, wrap_angle};
 use v2x_common::time::{Span, Timestamp};
@@ -108,48 +110,6 @@ pub struct Orientation {
     doubt: f32,
     /// How far its reported headings contradict each other while it stands.
     contradiction: Contradiction,
-}
-
-/// What a report does to the filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Read {
-    /// The measurement as it is taken.
-    pub(crate) z: Measurement,
-    /// What is done to the state first.
-    pub(super) first: Action,
-    /// What positions alone made of the report.
-    pub(super) by_positions: PositionInnovation,
-    /// Of the variance of its position, what says that it counts for less, and not how far off it may be, m².
-    pub(super) discount: f64,
-}
-
-impl Read {
-    /// As it was reported, with nothing else known of it.
-    pub(super) const fn as_reported(z: &Measurement) -> Self {
-        let by_positions = PositionInnovation { mahalanobis2: 0.0, determinant: 1.0 };
-        Self { z: *z, first: Action::Nothing, by_positions, discount: 0.0 }
-    }
-}
-
-/// What is done to the state before it is updated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Action {
-    /// Nothing.
-    Nothing,
-    /// It is turned round: the front is at the other end.
-    TurnRound,
-    /// It is set to its course.
-    Redirect(Course),
-    /// It stands and has this heading, with this variance, rad and rad².
-    TurnTo(f64, f64),
-}
-
-/// Where an object is and moves by positions alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Path {
-    pub(super) position: [f64; 2],
-    pub(super) covariance: Covariance2,
-    pub(super) course: Course,
 }
 
 impl Orientation {
