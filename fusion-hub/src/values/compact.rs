@@ -10,8 +10,10 @@ use v2x_common::detection::HeadingKind;
 /// Correlations are cut by this share before they are rounded, so that no covariance becomes indefinite.
 const CORRELATION_KEPT: f64 = 1.0 - 1.0 / (1 << 20) as f64;
 
-/// The sides of a vehicle of which one is known to be longer differ by this ratio.
-const LONGER: f32 = 1.5;
+/// Of a vehicle one side is known to be longer where the logarithm of their ratio is more than this, and than so many standard
+/// deviations of it.
+const LONGER_LN: f32 = 0.4;
+const LONGER_SIGMAS: f32 = 3.0;
 
 /// A measurement without its velocity. Variances, sizes and headings are held in single precision, six
 /// digits and more than any sensor's accuracy; positions are not.
@@ -142,12 +144,17 @@ impl CompactMeasurement {
     }
 
     /// Direction of the longer side of a vehicle as its heading was reported, rad, and its declared variance, rad²: width and depth
-    /// may be exchanged. `None` where none was reported, and where the sides are nearly alike.
+    /// may be exchanged. `None` where none was reported, and where it is not known which side is longer.
     #[inline]
     pub fn longer_side(&self) -> Option<[f32; 2]> {
         let [w, d] = self.size;
         let is_vehicle = matches!(self.class.group(), ClassGroup::FourWheeled | ClassGroup::Unknown);
-        if self.heading == HeadingKind::Unknown || !is_vehicle || w.max(d) < LONGER * w.min(d) {
+        if self.heading == HeadingKind::Unknown || !is_vehicle {
+            return None;
+        }
+        let [rw, rd] = self.relative_variance;
+        let known_from = (LONGER_SIGMAS * libm::sqrtf(rw + rd)).max(LONGER_LN);
+        if libm::logf(w / d).abs() < known_from {
             return None;
         }
         Some([if w > d { self.yaw + FRAC_PI_2 } else { self.yaw }, self.yaw_variance])

@@ -40,6 +40,13 @@ pub(super) struct Beside {
     pub(super) times: f64,
 }
 
+impl Beside {
+    /// Whether it is no news where reports contradict each other.
+    fn is_far(&self) -> bool {
+        self.off * self.off > FAR * (self.declared * self.times + self.own)
+    }
+}
+
 /// What a report says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
@@ -57,11 +64,16 @@ impl Contradiction {
         Self { found: 0.0, declared: single(declared), axis: [1.0, 0.0] }
     }
 
-    /// Notes a report. Headings that are known to vary by so many times the declared variance say as much less.
+    /// What a report says that is of something of which nobody knows whether it stands.
+    pub(super) fn judge(&self, report: &Beside) -> Verdict {
+        if self.variance() > 0.0 && report.is_far() { Verdict::IsNoNews } else { Verdict::Counts }
+    }
+
+    /// Notes a report of what stands. Headings that are known to vary by so many times the declared variance say as much less.
     pub(super) fn note(&mut self, report: &Beside) -> Verdict {
         let Beside { off, declared, own, times } = *report;
         let weight = NEWEST / single(times);
-        let is_far = off * off > FAR * (declared * times + own);
+        let is_far = report.is_far();
         // Of small angles.
         let axis = if is_far {
             [libm::cos(2.0 * off), libm::sin(2.0 * off)].map(single)

@@ -31,6 +31,9 @@ const NO_REPORT_VARIANCE: f64 = 1e6;
 /// of it.
 const LEAST_SPEED_MPS: [f64; 2] = [1.0, 0.5];
 const LEAST_SPEED_SIGMAS: f64 = 4.0;
+/// It stands where its speed is no more than so many standard deviations of it, or 1 m/s, and that is no more than this, m/s.
+const STANDS_SIGMAS: f64 = 2.0;
+const KNOWN_TO_STAND_MPS: f64 = 1.5;
 /// Of an object whose heading nobody reports, from this speed on, once positions alone predict it better than the filter.
 const LEAST_SPEED_UNKNOWN_MPS: f64 = 0.3;
 /// Standard deviation of the angle between a body and its course, rad.
@@ -183,7 +186,7 @@ impl Orientation {
             self.weigh_motion(held, course, since_s);
         }
         let mut z = taken(z, &chosen);
-        let first = if self.moves(held.class) {
+        let first = if walks(held.class) || self.moves(held.class) {
             Action::Nothing
         } else {
             self.weigh_standing(&mut z, held.state.heading(), headings.standing())
@@ -291,6 +294,14 @@ impl Orientation {
         })
     }
 
+    /// Whether it stands as far as positions alone can tell.
+    fn stands(&self) -> bool {
+        let [vx, vy] = self.path.velocity;
+        let variance = self.path.vv.xx.max(self.path.vv.yy);
+        variance <= KNOWN_TO_STAND_MPS * KNOWN_TO_STAND_MPS
+            && vx * vx + vy * vy <= (STANDS_SIGMAS * STANDS_SIGMAS * variance).max(1.0)
+    }
+
     /// A report with the course in place of its heading; with none where there is no course.
     fn without_heading(&self, z: &Measurement, course: Option<&Course>) -> Measurement {
         let (yaw, yaw_variance) = match course {
@@ -321,7 +332,9 @@ impl Orientation {
     /// known to have so many times their variance.
     fn weigh_standing(&mut self, z: &mut Measurement, (front, own): (f64, f64), times: f64) -> Action {
         let off = axis_difference(z.yaw, front);
-        let verdict = self.contradiction.note(&Beside { off, declared: z.yaw_variance, own, times });
+        let report = Beside { off, declared: z.yaw_variance, own, times };
+        let verdict =
+            if self.stands() { self.contradiction.note(&report) } else { self.contradiction.judge(&report) };
         z.yaw_variance *= times;
         if verdict != Verdict::Counts || (times > 1.0 && z.yaw_variance > NO_AXIS) {
             z.yaw_variance = NO_REPORT_VARIANCE;
@@ -421,7 +434,7 @@ pub(crate) fn listed() -> Vec<(&'static str, String)> {
         (
             "orientation.course",
             format!(
-                "{LEAST_SPEED_MPS:?} m/s ({LEAST_SPEED_UNKNOWN_MPS} where unknown, velocity known at {VELOCITY_KNOWN}), {LEAST_SPEED_SIGMAS} sigma, slip {SLIP}, every {} s",
+                "{LEAST_SPEED_MPS:?} m/s ({LEAST_SPEED_UNKNOWN_MPS} where unknown, velocity known at {VELOCITY_KNOWN}), {LEAST_SPEED_SIGMAS} sigma, stands within {STANDS_SIGMAS} of up to {KNOWN_TO_STAND_MPS} m/s, slip {SLIP}, every {} s",
                 WEIGHED_EVERY.as_secs_f64()
             ),
         ),

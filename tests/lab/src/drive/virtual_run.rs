@@ -49,7 +49,7 @@ mod tests {
     use v2x_common::wire;
     use v2x_fusion_hub::engine::{EngineConfig, PublishMode};
 
-    const GOLDEN_FINGERPRINT: u64 = 18_349_174_478_293_712_921;
+    const GOLDEN_FINGERPRINT: u64 = 13_130_132_253_042_421_595;
 
     const ON_UPDATE: PublishMode =
         PublishMode::OnUpdate { tick: Span::from_millis(100), min_interval: Span::from_millis(2) };
