@@ -1,9 +1,11 @@
 //! `v2x watch`, the consumer's command.
 
 use crate::support::{Terminal, V2x, folder, run, up, up_with};
+use v2x_common::clock;
 use v2x_common::keys::Topic;
 use v2x_common::lists::ListUpdate;
 use v2x_common::recording::Recording;
+use v2x_common::time::Span;
 use v2x_common::wire;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -50,15 +52,20 @@ async fn a_second_list_is_half_a_second_behind_and_beside_the_live_one() -> anyh
     let lagged = [&live[..], &["--lagged"]].concat();
     for (args, is_lagged) in [(&live[..], false), (&lagged, true)] {
         let ending = run(&folder, args).await?;
+        let ended = clock::now();
         assert_eq!(ending.code, Some(0), "{ending:#?}");
         let frames = ending.stdout.lines().map(|line| wire::json::decode_fused(line.as_bytes()));
         let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
         assert_eq!(frames.len(), 3);
         for frame in frames {
-            let newest = frame.agents.iter().map(|health| health.newest_captured_at).max();
-            let behind_ms = (newest.unwrap_or(frame.fused_at) - frame.fused_at).as_millis_f64();
-            assert_eq!(behind_ms > 300.0, is_lagged, "{behind_ms} ms behind the newest frame");
-            assert!(!is_lagged || frame.includes.is_empty());
+            // A busy machine makes frames and lists late, never early: each bound holds at any load.
+            if is_lagged {
+                assert!(ended - frame.fused_at >= Span::from_millis(500), "{:?}", ended - frame.fused_at);
+                assert!(frame.includes.is_empty(), "{:?}", frame.includes);
+            } else {
+                let newest = frame.agents.iter().map(|health| health.newest_captured_at).max();
+                assert!(newest.is_none_or(|newest| newest <= frame.fused_at), "{newest:?} {:?}", frame.fused_at);
+            }
         }
     }
     Ok(())
