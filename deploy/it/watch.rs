@@ -64,7 +64,11 @@ async fn a_second_list_is_half_a_second_behind_and_beside_the_live_one() -> anyh
                 assert!(frame.includes.is_empty(), "{:?}", frame.includes);
             } else {
                 let newest = frame.agents.iter().map(|health| health.newest_captured_at).max();
-                assert!(newest.is_none_or(|newest| newest <= frame.fused_at), "{newest:?} {:?}", frame.fused_at);
+                assert!(
+                    newest.is_none_or(|newest| newest <= frame.fused_at),
+                    "{newest:?} {:?}",
+                    frame.fused_at
+                );
             }
         }
     }
